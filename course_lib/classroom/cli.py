@@ -1,0 +1,84 @@
+"""The command line: `python3 course.py VERB`. A verb imports what it needs when it runs."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import sys
+
+import click
+
+from .tree import CourseError, course_tree, nearest
+
+__all__ = ["main"]
+
+
+@click.command("build")
+@click.argument("names", nargs=-1, metavar="[NAME…]")
+@click.option("--check", "only_check", is_flag=True, help="Prove that notebooks and sources agree; execute nothing.")
+@click.option("--lessons", "kind", flag_value="lesson", help="Only lessons.")
+@click.option("--labs", "kind", flag_value="lab", help="Only labs.")
+def build(names: tuple[str, ...], only_check: bool, kind: str | None) -> None:
+    """Turn sources into executed notebooks; a lab gives its solution and its exercise.
+
+    NAME is a number (03), a name (03_depth_to_points) or a path; without one, everything is built.
+    """
+    from .build import build_all, check_all
+
+    sys.exit((check_all if only_check else build_all)(names, kind, course_tree(), click.echo))
+
+
+# verb: (its click command, or the module and the name that hold it; one line for --help)
+VERBS: dict[str, tuple[click.Command | tuple[str, str], str]] = {
+    "start": (("course_lib.classroom.start", "start"), "Open JupyterLab on the course, labs as your own copies."),
+    "build": (build, "Turn sources into executed notebooks."),
+    "data": (("course_lib.classroom.data_verbs", "data_group"), "List and fetch datasets."),
+    "reset": (("course_lib.classroom.start", "reset"), "Make a fresh copy of a lab, overwriting nothing."),
+    "doctor": (("course_lib.classroom.doctor", "doctor"), "Say what works here, and how to mend the rest."),
+}
+
+
+class _Verbs(click.Group):
+    """A click group that imports another module's verb only when that verb is used."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(VERBS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in VERBS:
+            return None
+        where, _ = VERBS[cmd_name]
+        if isinstance(where, click.Command):
+            return where
+        if importlib.util.find_spec(where[0]) is None:
+            raise CourseError(f"the verb {cmd_name!r} is not part of this copy of the course.")
+        return getattr(importlib.import_module(where[0]), where[1])
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        if args and args[0] not in VERBS:
+            raise click.UsageError(f"there is no verb {args[0]!r}.{nearest(args[0], VERBS)}", ctx)
+        return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Verbs"):
+            formatter.write_dl([(verb, line) for verb, (_, line) in VERBS.items()])
+
+
+@click.command(cls=_Verbs, subcommand_metavar="VERB …", context_settings={"help_option_names": ["-h", "--help"]})
+def course() -> None:
+    """A course on 3D reconstruction. `python3 course.py VERB --help` explains a verb."""
+
+
+def main(args: list[str] | None = None) -> None:
+    """Run one verb; what a person can mend is said in one sentence."""
+    try:
+        course.main(args, prog_name="python3 course.py")
+    except CourseError as error:
+        click.echo(f"{error}", err=True)
+        sys.exit(1)
+
+
+if __name__ == "__main__":
+    main()

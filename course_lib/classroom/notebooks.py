@@ -1,0 +1,216 @@
+"""Reading, making and writing notebooks, so that the same source always gives the same bytes."""
+
+from __future__ import annotations
+
+import copy
+import hashlib
+import os
+import re
+import tempfile
+import unicodedata
+from dataclasses import dataclass
+from pathlib import Path
+
+import jupytext
+import nbformat
+from nbformat import NotebookNode
+
+from .tree import CourseError
+
+__all__ = [
+    "as_bytes",
+    "cell_ids",
+    "cell_tags",
+    "line_of_cell",
+    "named_datasets",
+    "real_datasets",
+    "read_notebook",
+    "read_source",
+    "task_heading",
+    "TaskHeading",
+    "write_notebook",
+]
+
+KERNELSPEC = {"display_name": "Python 3 (ipykernel)", "language": "python", "name": "python3"}
+LANGUAGE = {
+    "codemirror_mode": {"name": "ipython", "version": 3},
+    "file_extension": ".py",
+    "mimetype": "text/x-python",
+    "name": "python",
+    "nbconvert_exporter": "python",
+    "pygments_lexer": "ipython3",
+}
+_TASK = re.compile(r"^##\s+Task\s+(?P<number>\d+)\s*[—–:-]\s*(?P<title>.+?)\s*\((?P<points>\d+)\s+points?\)\s*$", re.M)
+_REAL = re.compile(r"\A\s*#\s*real data:\s*(?P<names>.+)$", re.M)
+_HEADER = re.compile(r"\A# ---\n(?:#.*\n)*?# ---\n")  # jupytext's YAML: the notebook's metadata are ours
+_LOADED = re.compile(r"\bdata\.(?:load|describe)\(\s*[\"'](?P<name>[A-Za-z0-9_]+)[\"']")
+
+
+@dataclass(frozen=True)
+class TaskHeading:
+    """What the heading of a lab's task says."""
+
+    number: int
+    title: str
+    points: int
+
+
+def task_heading(markdown: str) -> TaskHeading | None:
+    """Read `## Task N — title (P points)` from a markdown cell; None where there is none."""
+    match = _TASK.search(markdown)
+    return TaskHeading(int(match["number"]), match["title"], int(match["points"])) if match else None
+
+
+def cell_tags(cell: NotebookNode) -> list[str]:
+    """The tags of a cell, in their order."""
+    return list(cell.metadata.get("tags", []))
+
+
+def real_datasets(source: str) -> tuple[str, ...]:
+    """The datasets that a cell's first line `# real data: a, b` names."""
+    match = _REAL.match(source)
+    return tuple(name.strip() for name in match["names"].split(",") if name.strip()) if match else ()
+
+
+def named_datasets(nb: NotebookNode) -> list[str]:
+    """Every dataset that a notebook's code loads by a literal name, in order of appearance."""
+    names: list[str] = []
+    for cell in nb.cells:
+        if cell.cell_type == "code":
+            found = [*real_datasets(cell.source), *(m["name"] for m in _LOADED.finditer(cell.source))]
+            names += [name for name in found if name not in names]
+    return names
+
+
+def _slug(cell: NotebookNode) -> str:
+    line = next((text for text in cell.source.splitlines() if re.search(r"\w", text)), "empty")
+    plain = unicodedata.normalize("NFKD", line).encode("ascii", "ignore").decode().lower()
+    return "-".join(re.findall(r"[a-z0-9]+", plain))[:28].strip("-") or cell.cell_type
+
+
+def cell_ids(cells: list[NotebookNode]) -> list[str]:
+    """Derive an id for each cell from its own text, so that edits elsewhere do not change it.
+
+    Task and check cells of a lab are named by their task alone: an answer moved between two versions finds its cell.
+    """
+    ids: list[str] = []
+    task: TaskHeading | None = None
+    for cell in cells:
+        if cell.cell_type == "markdown":
+            task = task_heading(cell.source) or task
+        tags = cell_tags(cell)
+        kind = next((tag for tag in ("task", "check") if tag in tags), None)
+        if task and kind:
+            wanted = f"{kind}-{task.number}"
+        else:
+            digest = hashlib.sha256(f"{cell.cell_type}\n{cell.source}".encode()).hexdigest()[:8]
+            wanted = f"{_slug(cell)}-{digest}"
+        number, unique = 1, wanted
+        while unique in ids:
+            number += 1
+            unique = f"{wanted}-{number}"
+        ids.append(unique)
+    return ids
+
+
+def _metadata(cell: NotebookNode) -> dict:
+    tags = cell_tags(cell)
+    metadata: dict = {"tags": tags} if tags else {}
+    jupyter = {}
+    if "prediction" in tags:
+        jupyter["outputs_hidden"] = True
+    if "hide-input" in tags:
+        jupyter["source_hidden"] = True
+    if jupyter:
+        metadata["jupyter"] = jupyter
+    return metadata
+
+
+def read_source(path: Path) -> NotebookNode:
+    """Turn a py:percent file into a notebook without outputs, with derived ids and normal metadata.
+
+    Raises
+    ------
+    CourseError
+        If the file is missing, is not UTF-8, or has no cells.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise CourseError(f"there is no source {path.name}.") from None
+    except UnicodeDecodeError:
+        raise CourseError(f"{path.name} is not UTF-8: save it as UTF-8.") from None
+    raw = jupytext.reads(_HEADER.sub("", text), fmt="py:percent")
+    cells = []
+    for cell in raw.cells:
+        source = cell.source.strip("\n")
+        if not source.strip():
+            continue
+        make = {
+            "code": nbformat.v4.new_code_cell,
+            "markdown": nbformat.v4.new_markdown_cell,
+            "raw": nbformat.v4.new_raw_cell,
+        }[cell.cell_type]
+        cells.append(make(source=source, metadata=_metadata(cell)))
+    if not cells:
+        raise CourseError(f"{path.name} holds no cells: is it jupytext py:percent?")
+    return notebook_of(cells, cell_ids(cells))
+
+
+def notebook_of(cells: list[NotebookNode], ids: list[str]) -> NotebookNode:
+    """Put cells and their ids into a notebook with this course's metadata."""
+    for cell, name in zip(cells, ids, strict=True):
+        cell.id = name
+    metadata = {"kernelspec": dict(KERNELSPEC), "language_info": copy.deepcopy(LANGUAGE)}
+    nb = nbformat.v4.new_notebook(cells=cells, metadata=metadata)
+    nb.nbformat_minor = 5
+    return nb
+
+
+def line_of_cell(path: Path, cell: NotebookNode) -> int:
+    """The line of a source file on which a code cell's text starts; 1 where it cannot be found."""
+    text = path.read_text(encoding="utf-8")
+    place = text.find(cell.source)
+    return text.count("\n", 0, place) + 1 if place >= 0 else 1
+
+
+def read_notebook(path: Path) -> NotebookNode:
+    """Read a notebook of format 4.
+
+    Raises
+    ------
+    CourseError
+        If there is none, or it is not a valid notebook.
+    """
+    try:
+        nb = nbformat.reads(path.read_text(encoding="utf-8"), as_version=4)
+        nbformat.validate(nb)
+    except FileNotFoundError:
+        raise CourseError(f"there is no notebook {path.name}.") from None
+    except (nbformat.reader.NotJSONError, nbformat.ValidationError, UnicodeDecodeError, AttributeError) as error:
+        first = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
+        raise CourseError(f"{path.name} is not a valid notebook: {first}") from error
+    return nb
+
+
+def as_bytes(nb: NotebookNode) -> bytes:
+    """The one way in which a notebook is stored: sorted keys, LF, UTF-8, a newline at the end."""
+    return (nbformat.writes(nb, version=nbformat.NO_CONVERT).rstrip("\n") + "\n").encode("utf-8")
+
+
+def write_notebook(path: Path, nb: NotebookNode) -> bool:
+    """Write a notebook atomically, and only where its bytes change; say whether they did."""
+    new = as_bytes(nb)
+    if path.exists() and path.read_bytes() == new:
+        return False
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-", suffix=".part")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(new)
+        os.chmod(temporary, 0o644)
+        os.replace(temporary, path)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+    return True
