@@ -1,0 +1,196 @@
+"""From outcomes to a result: verdicts, points, and which misconceptions fit."""
+
+from __future__ import annotations
+
+import math
+import weakref
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from course_lib.tasks.core import Case, Misconception, Task, Verdict
+from course_lib.tasks.plain import Plain, same
+from course_lib.tasks.running import Outcome, given_text, run
+
+FAR = 5.0
+"""A misconception shows in a case where it is at least so many tolerances from the truth."""
+
+_answers: weakref.WeakKeyDictionary[Case, dict[str, Outcome]] = weakref.WeakKeyDictionary()
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a task earned, and what to say about it.
+
+    Parameters
+    ----------
+    task : the task.
+    status : "passed", "failed", "raised", "not started", or "by hand" (handed in, to be marked).
+    verdicts : one a case; a case without an answer has a failed verdict with the reason as its message.
+    worst : index of the case to speak of.
+    told : what that case gave, in words.
+    recognised : the misconceptions that fit; more than one where the cases cannot tell them apart.
+    score : 0 to 1.
+    """
+
+    task: Task
+    status: str
+    verdicts: tuple[Verdict, ...]
+    worst: int
+    told: str
+    recognised: tuple[Misconception, ...]
+    score: float
+
+    @property
+    def passed(self) -> bool:
+        """Whether nothing is left to do for the learner."""
+        return self.status in ("passed", "by hand")
+
+    @property
+    def points(self) -> float:
+        """Points earned; those marked by hand are still to come."""
+        return 0.0 if self.status == "by hand" else round(self.task.points * self.score, 2)
+
+    @property
+    def verdict(self) -> Verdict:
+        """The verdict to speak of."""
+        return self.verdicts[self.worst]
+
+    @property
+    def error(self) -> str:
+        """The first help: the size of the error, its axis, the worst case."""
+        return self.verdict.message
+
+    @property
+    def looks_like(self) -> str:
+        """The second help: "This looks like …", or "" where nothing is recognised."""
+        if not self.recognised:
+            return ""
+        return "This looks like " + ", or like ".join(m.message.strip().rstrip(".") for m in self.recognised) + "."
+
+    @property
+    def where(self) -> str:
+        """The third help: what to read again."""
+        return f"Where to look: {self.task.where}."
+
+    @property
+    def line(self) -> str:
+        """All in one line, for strict mode and graders."""
+        if self.status == "not started":
+            return self.task.label
+        return " ".join(part for part in (f"{self.task.label}:", self.error, self.looks_like) if part)
+
+
+def band(ratio: float) -> str:
+    """The band of an error given in tolerances; coarse, so that nobody descends on the number."""
+    for most, words in ((0.1, "well within tolerance"), (1, "within tolerance"), (3, "within 3 times the tolerance"),
+                        (10, "within 10 times the tolerance")):
+        if ratio <= most:
+            return words
+    return "more than 10 times the tolerance"
+
+
+def judge_all(task: Task, cases: Sequence[Case], outcomes: Sequence[Outcome]) -> Result:
+    """Judge what a function answered to each case.
+
+    Parameters
+    ----------
+    task, cases : the task and the cases of one `fresh` drawing.
+    outcomes : as many, from `run_all` here, or made by a grader from what another process answered.
+    """
+    if len(outcomes) != len(cases) or not cases:
+        raise ValueError(f"task {task.id}: {len(outcomes)} outcomes for {len(cases)} cases; one for each is needed.")
+    verdicts = tuple(_verdict(task, case, outcome) for case, outcome in zip(cases, outcomes, strict=True))
+    order = sorted(range(len(cases)), key=lambda i: (outcomes[i].kind == "answer", verdicts[i].passed, -verdicts[i].ratio, i))
+    worst = order[0]
+    kind = outcomes[worst].kind
+    score = _score(task, verdicts)
+    passed = score >= 0.5 and kind == "answer" if task.kind == "open" else all(v.passed for v in verdicts)
+    status = "by hand" if passed and task.kind == "explain" else "passed" if passed else (
+        kind if kind in ("not started", "raised") else "failed")
+    recognised = () if status in ("passed", "by hand", "not started") else recognise(task, cases, outcomes, verdicts)
+    case = cases[worst]
+    told = given_text(case.given) + (f" ({case.name})" if case.name else "")
+    return Result(task, status, verdicts, worst, told, recognised, score)
+
+
+def _verdict(task: Task, case: Case, outcome: Outcome) -> Verdict:
+    if outcome.kind == "answer":
+        return task.judge(case, outcome.answer)
+    return Verdict(False, math.inf, message=outcome.trouble)
+
+
+def _score(task: Task, verdicts: Sequence[Verdict]) -> float:
+    scores = np.array([verdict.score for verdict in verdicts])
+    if task.kind != "open":
+        return float(scores.min())
+    if len(scores) % task.draws:
+        raise ValueError(f"task {task.id}: an open task draws equally many cases from every seed.")
+    return float(np.median(scores.reshape(task.draws, -1).mean(axis=1)))
+
+
+def wrong_answer(task: Task, misconception: Misconception, case: Case) -> Outcome:
+    """What a misconception answers to a case; remembered as long as the case lives."""
+    known = _answers.setdefault(case, {})
+    if misconception.name not in known:
+        known[misconception.name] = run(load_source(misconception.source, task.function), case)
+    return known[misconception.name]
+
+
+def load_source(source: str, name: str) -> Any:
+    """The function of a piece of learner code in which `np` and `math` are there, as in a lab's first cell."""
+    namespace: dict[str, Any] = {"np": np, "math": math, "__name__": "__main__"}
+    exec(compile(source, f"<source of {name}>", "exec"), namespace)  # noqa: S102 - our own text
+    return namespace[name]
+
+
+def distance(task: Task, case: Case, a: Plain, b: Plain) -> float:
+    """How far two answers to a case are from each other, in tolerances."""
+    if task.distance is not None:
+        return float(task.distance(case, a, b))
+    if same(a, b):
+        return 0.0
+    if "truth" not in case.hidden or not _comparable(a, b):
+        return math.inf
+    return task.judge(replace(case, hidden={**case.hidden, "truth": b}), a).ratio
+
+
+def _comparable(a: Plain, b: Plain) -> bool:
+    if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
+        return a.ndim == b.ndim and a.dtype.names == b.dtype.names
+    if isinstance(a, (int, float)) and isinstance(b, (int, float)):
+        return isinstance(a, bool) == isinstance(b, bool)
+    if isinstance(a, list) and isinstance(b, list):
+        return len(a) == len(b) and all(map(_comparable, a, b))
+    if isinstance(a, dict) and isinstance(b, dict):
+        return a.keys() == b.keys() and all(_comparable(a[key], b[key]) for key in a)
+    return type(a) is type(b)
+
+
+def recognise(task: Task, cases: Sequence[Case], outcomes: Sequence[Outcome], verdicts: Sequence[Verdict]) -> tuple[Misconception, ...]:
+    """The misconceptions that explain a wrong answer.
+
+    One explains it if the answer agrees with it, to within the tolerance, in every case where it is FAR from the truth
+    (there must be one), and agrees with it or is right in every other case. Where a misconception has no answer itself,
+    the case is left out.
+    """
+    return tuple(m for m in task.misconceptions if _explains(task, m, cases, outcomes, verdicts))
+
+
+def _explains(task: Task, misconception: Misconception, cases: Sequence[Case], outcomes: Sequence[Outcome],
+              verdicts: Sequence[Verdict]) -> bool:
+    shown = 0
+    for case, outcome, verdict in zip(cases, outcomes, verdicts, strict=True):
+        wrong = wrong_answer(task, misconception, case)
+        if wrong.kind != "answer":
+            continue
+        if outcome.kind != "answer":
+            return False
+        agrees = distance(task, case, outcome.answer, wrong.answer) <= 1
+        far = task.judge(case, wrong.answer).ratio >= FAR
+        if not (agrees or (verdict.passed and not far)):
+            return False
+        shown += far
+    return shown > 0

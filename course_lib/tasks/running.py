@@ -1,0 +1,143 @@
+"""Calling a learner's function on cases: on copies, whatever it prints, warns or raises."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import linecache
+import os
+import sys
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+
+from course_lib.tasks.core import Case
+from course_lib.tasks.plain import Plain, describe, plain
+
+MAX_PRINTED = 400
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of one call.
+
+    Parameters
+    ----------
+    kind : "answer", "not started" (it raised NotImplementedError), "raised" or "not plain".
+    answer : plain data; None unless `kind` is "answer".
+    trouble : one sentence; why there is no answer.
+    printed, warned : the beginning of what it printed, its first warning.
+    """
+
+    kind: str
+    answer: Plain = None
+    trouble: str = ""
+    printed: str = ""
+    warned: str = ""
+
+
+class _Limited(io.TextIOBase):
+    """A text stream that keeps the beginning of what is written to it."""
+
+    def __init__(self) -> None:
+        self.kept = ""
+
+    def write(self, text: str) -> int:
+        self.kept += text[: max(0, MAX_PRINTED - len(self.kept))]
+        return len(text)
+
+
+def run(function: Callable[..., Any], case: Case) -> Outcome:
+    """Call a function on copies of what a case gives. Only KeyboardInterrupt gets out."""
+    given = {name: plain(value) for name, value in case.given.items()}
+    told = given_text(case.given)
+    stream = _Limited()
+    try:
+        with (warnings.catch_warnings(record=True) as caught, contextlib.redirect_stdout(stream),
+              contextlib.redirect_stderr(stream), np.errstate()):
+            warnings.simplefilter("always")
+            value = function(*given.values())
+        outcome = Outcome("answer", plain(value, "the answer"))
+    except NotImplementedError as error:
+        own = _innermost_is_learners(error.__traceback__)
+        outcome = Outcome("not started" if own else "raised", trouble=_sentence(error, told))
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # noqa: B036 - exit() in a learner's function must not end their kernel
+        if _in_plain(error.__traceback__):
+            outcome = Outcome("not plain", trouble=_capital(str(error)))
+        else:
+            outcome = Outcome("raised", trouble=_sentence(error, told))
+    first = f"{caught[0].category.__name__}: {caught[0].message}" if caught else ""
+    return Outcome(outcome.kind, outcome.answer, outcome.trouble, stream.kept, _short(first))
+
+
+def run_all(function: Callable[..., Any], cases: Sequence[Case]) -> list[Outcome]:
+    """Call a function on each case; after a "not started" the rest is not tried."""
+    outcomes: list[Outcome] = []
+    for case in cases:
+        started = not outcomes or outcomes[-1].kind != "not started"
+        outcomes.append(run(function, case) if started else outcomes[-1])
+    return outcomes
+
+
+def given_text(given: Mapping[str, Plain]) -> str:
+    """What went in, by name: 'depth a (480, 640) float32 array, scale 1000'."""
+    return ", ".join(f"{name} {describe(value)}" for name, value in given.items()) or "nothing"
+
+
+def _sentence(error: BaseException, told: str) -> str:
+    name = type(error).__name__
+    text = f"{name}: {_short(str(error))}" if str(error) else name
+    if isinstance(error, RecursionError):
+        text = "RecursionError: it calls itself without end"
+    elif isinstance(error, SystemExit):
+        text = "SystemExit: it ended the program, where it should return an answer"
+    place = _place(error.__traceback__)
+    return f"{place} raised {text.rstrip('.')}. It was given {told}."
+
+
+def _frames(trace: TracebackType | None) -> list[tuple[str, int]]:
+    frames = []
+    while trace is not None:
+        frames.append((trace.tb_frame.f_code.co_filename, trace.tb_lineno))
+        trace = trace.tb_next
+    return frames
+
+
+def _is_learners(filename: str) -> bool:
+    """Cells are compiled under names of files that do not exist; everything installed exists."""
+    return not os.path.exists(filename) and not filename.startswith("<frozen")
+
+
+def _innermost_is_learners(trace: TracebackType | None) -> bool:
+    frames = _frames(trace)
+    library = os.path.dirname(np.__file__)
+    return bool(frames) and not frames[-1][0].startswith((library, sys.prefix, sys.base_prefix))
+
+
+def _in_plain(trace: TracebackType | None) -> bool:
+    frames = _frames(trace)
+    return len(frames) > 1 and frames[1][0] == plain.__code__.co_filename
+
+
+def _place(trace: TracebackType | None) -> str:
+    inside = [(filename, line) for filename, line in _frames(trace)[1:] if _is_learners(filename)]
+    if not inside:
+        return "Calling your function"
+    filename, line = inside[-1]
+    text = linecache.getline(filename, line).strip()
+    return f"Line {line} of your cell, `{_short(text, 90)}`," if text else f"Line {line} of your code"
+
+
+def _short(text: str, most: int = 200) -> str:
+    text = " ".join(text.split())
+    return text if len(text) <= most else text[: most - 1] + "…"
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
