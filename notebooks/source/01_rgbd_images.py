@@ -1,0 +1,449 @@
+# ---
+# jupyter:
+#   jupytext:
+#     text_representation:
+#       extension: .py
+#       format_name: percent
+#   kernelspec:
+#     display_name: Python 3 (ipykernel)
+#     language: python
+#     name: python3
+# ---
+
+# %% [markdown]
+# # 01 RGB-D images
+#
+# **You will be able to open a depth image from five kinds of camera and say, in metres, what every pixel means, which
+# pixels mean nothing, and how wrong a careless reading is.**
+
+# %%
+from course_lib.notebook import data, picture, predict, report, report_table, show
+
+import cv2
+import matplotlib.pyplot as plt
+import numpy as np
+
+from course_lib import rgbd
+
+room = data.load("living_room")
+frame = room.frames[0]
+show(frame, title="One RGB-D frame: what the camera saw, and how far away it was")
+
+# %% [markdown]
+# Left: a photograph. Right: the same view again, but every pixel holds a distance. The grey speckles along the edges are
+# pixels where the camera measured nothing. Everything in this course starts from such a pair.
+#
+# ## Card
+#
+# | | |
+# |---|---|
+# | **You will** | read a depth image in metres; tell depth from range; find the pixels without a measurement; predict what 8 bits, a wrong scale or a careless resize do, in millimetres |
+# | **Minutes** | 45 for the core, 60 for the lab |
+# | **Before** | lesson 00; NumPy arrays and slicing |
+# | **Teaches** | the report, section 3; the lecture, "Depth map to point cloud" |
+# | **Data** | `living_room` (simulated, with truth); real frames from TUM, SUN, NYU, Redwood and two RealSense cameras |
+#
+# Two questions from lesson 00, before you read on:
+#
+# <details><summary>A registration reports fitness 1.000. Is it aligned?</summary>Not necessarily. Fitness counts matched
+# points. It says nothing about how far off they are, or whether they are the right ones.</details>
+#
+# <details><summary>What does the course call "truth"?</summary>What the simulator knows because it made the scene. Another
+# method's result is only a "reference".</details>
+
+# %% [markdown]
+# ## 1 Two images, one view
+#
+# An **RGB-D frame** is two images of one view. The colour image holds three numbers a pixel: red, green, blue, each from 0
+# to 255. The **depth image** holds one number a pixel. Look at both as what they are: arrays.
+
+# %%
+color, depth = frame.color, frame.depth
+report_table(
+    [["colour", str(color.shape), str(color.dtype), color.min(), color.max()],
+     ["depth", str(depth.shape), str(depth.dtype), float(depth.min()), float(depth.max())]],
+    columns=["image", "shape", "type", "smallest", "largest"],
+)
+
+# %% [markdown]
+# Read the shape aloud: 480 rows, then 640 columns. Row first. So the pixel in column `u` and row `v` is `depth[v, u]`.
+# The smallest depth is 0. Nothing touches the lens: 0 is how the file says **no data**. The camera looked and could not
+# tell. Count these pixels before you do anything else. Four pixels are enough to see how:
+
+# %%
+def measured(depth):
+    """(H, W) bool: where the camera measured something."""
+    return np.isfinite(depth) & (depth > 0)
+
+
+assert measured(np.array([[0.0, 1.5], [2.0, np.nan]])).tolist() == [[False, True], [True, False]]
+
+valid = measured(depth)
+assert (valid == rgbd.valid_mask(depth)).all()  # the library counts the same pixels
+report("pixels without a measurement", 100 * (~valid).mean(), "%", digits=2)
+report("mean depth, zeros taken for depths", depth.mean(), "m")
+report("mean depth of the measured pixels", depth[valid].mean(), "m")
+
+# %% [markdown]
+# Two means, and only one of them is a distance. The zeros pull the first one towards the camera. This is the most common
+# mistake with depth images, and no library warns you.
+#
+# This frame is simulated, so we can ask how good the measurement is. The simulator also kept the depth without noise.
+
+# %%
+truth = room.truth["depth"][0]
+both = valid & measured(truth)
+error_mm = 1000 * (depth - truth)[both]
+report("median error of one pixel", np.median(np.abs(error_mm)), "mm", digits=2)
+report("pixels wrong by more than 50 mm", 100 * (np.abs(error_mm) > 50).mean(), "%", digits=2)
+
+# %% [markdown]
+# ## 2 Depth is z, not range
+#
+# "Distance" can mean two things. The **range** is the length of a string from the lens to the object. The depth is how
+# far the object lies *in front of* the camera: the length along the direction the camera looks, called **z**. Depth
+# cameras store z. A laser scanner measures range.
+#
+# For the pixel in the middle of the image, both are the same. Towards a corner the string runs at an angle and gets longer.
+# How much longer follows from one right-angled triangle. With the focal length $f$ in pixels and the principal point
+# $(c_x, c_y)$ in the middle of the image (lesson 03 explains both):
+#
+# $$\text{range} = z \sqrt{1 + \left(\tfrac{u-c_x}{f}\right)^2 + \left(\tfrac{v-c_y}{f}\right)^2}$$
+
+# %%
+def range_from_depth(depth, f, cx, cy):
+    """Lengths of the strings, from depths z; same unit as depth."""
+    v, u = np.indices(depth.shape)
+    return depth * np.sqrt(1 + ((u - cx) / f) ** 2 + ((v - cy) / f) ** 2)
+
+
+# A pixel f = 3 columns right of the centre looks along a 45 degree line: the string is sqrt(2) times z.
+assert np.isclose(range_from_depth(np.ones((1, 4)), f=3, cx=0, cy=0)[0, 3], np.sqrt(2))
+
+# %% [markdown]
+# Now a prediction. A camera with $f = 525$ pixels and 640x480 pixels looks straight at a flat wall, two metres in front of it.
+# Every pixel of its depth image is 2.000 m. How long is the string to the corner of the image? Put your number in `guess`.
+
+# %% tags=["prediction"]
+guess = None  # metres, for example 2.1
+
+wall = np.full((480, 640), 2.0)
+string = range_from_depth(wall, f=525, cx=319.5, cy=239.5)
+predict("How far away is the corner of the wall?", guess, string[0, 0], "m",
+        why="The corner pixel looks almost 40 degrees away from the middle: the string runs at that angle.", digits=4)
+
+# %%
+fig, axes = plt.subplots(1, 2, figsize=(9, 3.2), layout="constrained")
+for axis, image, name in zip(axes, [wall, string], ["depth z of a flat wall", "range of the same wall"], strict=True):
+    drawn = axis.imshow(image, vmin=2.0, vmax=2.55, cmap="viridis")
+    axis.set(title=name, xlabel="column u", ylabel="row v")
+fig.colorbar(drawn, ax=axes, label="metres")
+picture(fig, alt="Two maps of a flat wall two metres away. Depth is one even colour. Range is a bowl: "
+                 f"{string[240, 320]:.3f} m in the middle and {string[0, 0]:.3f} m in the corners.")
+
+# %% [markdown]
+# A flat wall is flat in z and a bowl in range. If somebody's flat wall looks like a bowl, they took one for the other. In our room:
+
+# %%
+camera = frame.camera
+bowl = range_from_depth(truth, camera.fx, camera.cx, camera.cy)
+seen = measured(truth)
+report("range minus depth, median pixel", 1000 * np.median((bowl - truth)[seen]), "mm")
+report("range minus depth, worst pixel", 1000 * (bowl - truth)[seen].max(), "mm")
+
+# %% [markdown]
+# <details><summary><b>Vote.</b> A depth image of a flat wall, camera straight on, shows 2.00 m everywhere. What is true?
+# (a) All wall points are equally far from the lens. (b) All lie in one plane. (c) The camera is broken: corners must be
+# larger. (d) The image is 8-bit.</summary>
+#
+# (b). Equal z means one plane in front of the camera. (a) would be a sphere: that is range. (c) takes depth for range. (d)
+# has nothing to do with it.
+# </details>
+
+# %% [markdown]
+# ## 3 From stored numbers to metres
+#
+# Files do not hold metres. They hold 16-bit whole numbers, from 0 to 65535, and an **encoding** that says what one step
+# means. Here is the same frame as it lies on disk:
+
+# %%
+_, raw = room.raw(0)
+report("stored number in the middle of the image", int(raw[240, 320]))
+report("depth in the middle of the image", float(depth[240, 320]), "m")
+
+# %% [markdown]
+# Divide by the steps per metre. That is all an encoding is, for most cameras:
+
+# %%
+def to_metres(raw, steps_per_metre):
+    """Depth in metres; 0 stays 0 and means no data."""
+    return raw.astype(np.float32) / steps_per_metre
+
+
+assert to_metres(np.array([5000], np.uint16), 5000)[0] == 1.0  # the TUM convention
+assert np.array_equal(to_metres(raw, 1000), depth)
+
+report_table([[e.name, e.units_per_metre, 1000 / e.units_per_metre if e.units_per_metre else "-", str(e.no_data)]
+              for e in rgbd.ENCODINGS.values()],
+             columns=["encoding", "steps per metre", "one step in mm", "no data"])
+
+# %% [markdown]
+# Two of them need more than a division. SUN rotates the bits of each number by three places. NYU stores the raw
+# numbers of the first Kinect, from which depth follows by a formula. `rgbd.decode_depth(raw, encoding)` knows all five.
+#
+# Nothing in the file says which encoding it uses. What happens if you pick the wrong one?
+
+# %%
+mistaken = [[name, float(np.median(to_metres(raw[raw > 0], steps)))]
+            for name, steps in [("1000 a metre (right)", 1000), ("5000 a metre (TUM)", 5000), ("metres already", 1)]]
+report_table(mistaken, columns=["read as", "median depth in m"])
+
+# %% [markdown]
+# The room shrinks, or it becomes as large as a town. Every shape stays right: only the size is wrong, so a picture looks perfect.
+# **Ask for the median depth and compare it with the room you know.** That one line finds most wrong scales.
+#
+# ## 4 8 bits are for looking
+#
+# A screen shows 256 grey levels, so depth images are often rescaled to 0…255 *to be looked at*. Such a picture is no
+# longer a depth image. Let us make one, as the lecture describes, and try to go back.
+
+# %%
+def rescale_for_display(depth, near, far):
+    """Depth to grey levels, near = 0 and far = 255."""
+    return np.uint8(np.clip((depth - near) / (far - near), 0, 1) * 255 + 0.5)
+
+
+assert rescale_for_display(np.array([0.0, 3.0, 6.0]), 0, 6).tolist() == [0, 128, 255]
+assert (rescale_for_display(depth, 0, 6) == rgbd.rescale_for_display(depth, 0, 6)).all()
+
+back = rescale_for_display(truth, 0, 6) / 255 * 6
+lost_mm = 1000 * np.abs(back - truth)[seen]
+report("one grey level", 6000 / 255, "mm")
+report("one 16-bit step of this camera", 1, "mm")
+report("worst error after 8 bits and back", lost_mm.max(), "mm")
+
+# %%
+row = slice(300, 420)
+column = 200
+fig, axis = plt.subplots(figsize=(8, 3.4), layout="constrained")
+axis.plot(np.arange(480)[row], truth[row, column], color=show.COLOURS["target"], lw=2, label="16 bits")
+axis.step(np.arange(480)[row], back[row, column], color=show.COLOURS["outlier"], where="mid", label="8 bits and back")
+axis.set(xlabel="row v", ylabel="depth in metres", title=f"One column of the image (u = {column})")
+axis.legend()
+steps = len(np.unique(back[row, column]))
+picture(fig, alt=f"Depth down one column of the image. In 16 bits it is a smooth line; after 8 bits it is a staircase of "
+                 f"{steps} steps, each {6000 / 255:.0f} mm high.")
+
+# %% [markdown]
+# A smooth table becomes a staircase. Nothing can bring the lost digits back. Our library therefore refuses an 8-bit
+# image where depth is asked for:
+
+# %%
+try:
+    rgbd.decode_depth(rescale_for_display(depth, 0, 6), "realsense")
+except ValueError as refusal:
+    print(refusal)
+
+# %% [markdown]
+# ## 5 Holes, flying pixels, and where depth ends
+#
+# A stereo depth camera has three habits. It leaves **holes** where it finds no match: beside edges, on blank walls,
+# on glass. At edges it invents **flying pixels** between the near thing and the far thing. And it grows less certain
+# with distance. (Lesson 14 explains why.) With truth we can see each.
+
+# %%
+wrong = both & (np.abs(depth - truth) > 0.05)
+holes = measured(truth) & ~valid
+classes = np.where(holes, 2, np.where(wrong, 1, 0))
+fig, axis = plt.subplots(figsize=(6.4, 4.4), layout="constrained")
+axis.imshow(color)
+for value, name, colour in [(1, "flying pixels", show.COLOURS["outlier"]), (2, "holes", show.COLOURS["source"])]:
+    v, u = np.nonzero(classes == value)
+    axis.scatter(u, v, s=1.5, color=colour, label=f"{name}: {len(u):,}")
+axis.legend(markerscale=6, loc="lower right")
+axis.set(title="Where the depth image is not to be trusted", xlabel="column u", ylabel="row v")
+picture(fig, alt=f"The colour image with {np.count_nonzero(wrong):,} flying pixels and {np.count_nonzero(holes):,} "
+                 "holes drawn over it. Almost all of them follow the outlines of the objects.")
+
+# %%
+edges = np.array([0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5])
+inside = both & ~wrong
+rows = []
+for near, far in zip(edges[:-1], edges[1:], strict=True):
+    band = inside & (truth >= near) & (truth < far)
+    if band.sum() > 500:
+        rows.append([f"{near:.1f}-{far:.1f} m", int(band.sum()), 1000 * float((depth - truth)[band].std())])
+report_table(rows, columns=["depth", "pixels", "spread of the error in mm"])
+
+# %% [markdown]
+# Twice as far is about four times as uncertain. A statement such as "accurate to 2 %" is therefore true at one distance only.
+
+# %% [markdown]
+# ## Report against reality
+#
+# The report says in section 3.2: "Darker Pixels: These represent points that are farther away". In section 8 it says that
+# clouds can be formed from colour and depth "of the same size". Everybody has believed both. Try the first one: where is
+# the number small, near or far?
+
+# %%
+order = np.argsort(truth[both])
+near, far = raw[both][order[:1000]], raw[both][order[-1000:]]
+report_table([["1000 nearest pixels", float(np.median(near))], ["1000 farthest pixels", float(np.median(far))],
+              ["pixels without data", float(np.median(raw[~valid]))]], columns=["where", "stored number"])
+looks = {"near = black (the numbers)": rgbd.rescale_for_display(depth, 0, 5),
+         "near = white (the report)": 255 - rgbd.rescale_for_display(depth, 0, 5)}
+show.images(looks, alt="The same depth image drawn twice")
+
+# %% [markdown]
+# In the file, far is *large*. Drawn as it is, far is bright. "Darker is farther" is the choice of a drawing program that
+# turned the greys round. And 0 is not "the maximum depth": it is no data.
+#
+# Now the second claim. We give the simulated room a colour camera that sits 59 mm beside the depth camera, as in a D455. Both
+# images are 640x480. Are they the same view? Two images are **registered** when each pixel shows the same point in both.
+
+# %%
+from course_lib import cameras, transforms
+from course_lib.simulate import camera as sim_camera, scenes
+
+scene = scenes.living_room(0)
+beside = transforms.compose(frame.T_world_camera, transforms.from_rotation_translation(np.eye(3), [0.059, 0, 0]))
+other = sim_camera.render(scene, camera, beside)
+assert other.color.shape == color.shape
+
+shift = camera.fx * 0.059 / truth[both]
+report("the pixels differ by this many columns, median", np.median(shift), "px")
+report("for the nearest thing in view", shift.max(), "px")
+show.images({"colour camera": other.color, "depth camera's own view": color},
+            alt="Two colour images of one size. Near things have moved sideways by up to "
+                f"{shift.max():.0f} columns")
+
+# %% [markdown]
+# Same size is not same view. A point takes the colour of its neighbour, by more the nearer it is. Registration needs the pose
+# between the cameras; RealSense software calls it "align". Lesson 03 finds a real recording where somebody forgot it.
+#
+# | The document says | What we found | Evidence |
+# |---|---|---|
+# | report 3.2: darker is farther | a choice of the drawing program; files store far as large | experiment above |
+# | report 3.2: 0 is the farthest point | 0 is no data | section 1 |
+# | report 3.2: depth is an 8-bit image | 8 bits are for looking; files hold 16 | section 4 |
+# | report 8: images "of the same size" suffice | they must be registered | experiment above |
+# | lecture: depth is "the distance from the camera" | z, not range | section 2 |
+# | lecture: rescaled to [0, 255] "to display" | right, and only for that | section 4 |
+
+# %% [markdown]
+# ## Break it
+#
+# You want a smaller depth image, so you call `cv2.resize` as for any photograph. By default it mixes neighbours. Here is
+# a tiny depth image first: a thing at 1 m before a wall at 3 m.
+
+# %%
+edge = np.array([[1, 1, 3, 3]], np.float32)
+print(cv2.resize(edge, (3, 1), interpolation=cv2.INTER_LINEAR))
+
+# %% [markdown]
+# There is something at 2 m now. Nothing is there. On the whole frame:
+
+# %%
+def invented(small, full, factor=2):
+    """(h, w) bool: pixels whose depth none of the pixels they cover has, to within 20 mm."""
+    h, w = small.shape
+    blocks = full[: h * factor, : w * factor].reshape(h, factor, w, factor).swapaxes(1, 2).reshape(h, w, -1)
+    return measured(small) & (np.abs(blocks - small[..., None]).min(-1) > 0.02)
+
+
+mixed = cv2.resize(depth, (320, 240), interpolation=cv2.INTER_LINEAR)
+picked = rgbd.resize_depth(depth, 320, 240)
+report("invented depths, cv2.resize as it comes", int(invented(mixed, depth).sum()), "pixels")
+report("invented depths, one of the pixels picked", int(invented(picked, depth).sum()), "pixels")
+
+# %%
+ghosts = invented(mixed, depth)
+fig, axes = plt.subplots(1, 2, figsize=(9, 3.4), layout="constrained")
+for axis, image, name in zip(axes, [mixed, picked], ["mixed", "picked"], strict=True):
+    drawn = axis.imshow(np.where(image > 0, image, np.nan), cmap="viridis", vmin=truth[seen].min(), vmax=truth[seen].max())
+    axis.set(title=name, xlabel="column u", ylabel="row v")
+v, u = np.nonzero(ghosts)
+axes[0].scatter(u, v, s=3, color=show.COLOURS["outlier"])
+fig.colorbar(drawn, ax=axes, label="metres")
+picture(fig, alt=f"The resized depth image twice. Mixed, {len(u):,} pixels marked along the outlines lie where nothing is. "
+                 f"Picked, {int(invented(picked, depth).sum())} do.")
+
+# %% [markdown]
+# The number that exposes it: depths that none of the source pixels had. What a professional does: pick, never mix
+# (`cv2.INTER_NEAREST`, or our `rgbd.resize_depth`), or average only pixels of one surface. Zeros make it worse: mixing 0 with 2 m
+# invents a point in mid-air.
+
+# %% [markdown]
+# ## On real data
+#
+# Five kinds of camera, one table. Every row is read with its own encoding.
+
+# %% tags=["real-data"]
+# real data: tum_pair, sun_pair, nyu_pair, redwood_frames, realsense_planes, realsense_slam
+names = ["tum_pair", "sun_pair", "nyu_pair", "redwood_frames", "realsense_planes", "realsense_slam"]
+real = {name: data.load(name) for name in names}
+rows = []
+for name, dataset in real.items():
+    stored, metres = dataset.raw(0)[1], dataset.frames[0].depth
+    ok = measured(metres)
+    rows.append([name, dataset.encoding, float(np.median(stored[stored > 0])), float(np.median(metres[ok])),
+                 float(metres[ok].max()), 100 * float((~ok).mean())])
+report_table(rows, columns=["dataset", "encoding", "median as stored", "median in m", "farthest in m", "no data in %"])
+
+# %% tags=["real-data"]
+# real data: tum_pair, sun_pair, nyu_pair, redwood_frames, realsense_planes, realsense_slam
+panels = {}
+for name in ["tum_pair", "sun_pair", "redwood_frames", "realsense_planes"]:
+    panels[f"{name}, colour"] = real[name].frames[0].color
+for name in ["tum_pair", "sun_pair", "redwood_frames", "realsense_planes"]:
+    metres = real[name].frames[0].depth
+    panels[f"{name}, metres"] = np.where(measured(metres), metres, np.nan)
+show.images(panels, columns=4, unit="m", alt="Four real cameras, colour above, depth in metres below, on one scale")
+
+# %% [markdown]
+# Read the TUM row as millimetres and its desk stands in the next building. Read the SUN row without rotating its bits and
+# the corridor gets a kilometre's worth of nonsense. Both pictures look fine. And one RealSense recording holds 65535:
+
+# %% tags=["real-data"]
+# real data: tum_pair, sun_pair, realsense_slam
+tum, sun, slam = (real[name].raw(0)[1] for name in ["tum_pair", "sun_pair", "realsense_slam"])
+report("TUM median, read as millimetres", float(np.median(tum[tum > 0]) / 1000), "m")
+report("SUN median, bits not rotated", float(np.median(sun[sun > 0]) / 1000), "m")
+report("RealSense pixels of 65535", int((slam == 65535).sum()))
+report("their depth, if you believe them", 65535 / 1000, "m")
+
+# %% [markdown]
+# 65535 is the largest 16-bit number: an overflow, not 65 metres. Our loader treats it as no data. Real frames differ from the
+# simulated one in another way, too: we have no truth for them. We can say that the numbers are plausible. We cannot say how wrong they are.
+
+# %% [markdown]
+# ## Key points
+#
+# - A depth image holds z in steps of its encoding; 0 means no data. Count the zeros first.
+# - Depth is z. Range is the length of the string. They differ most in the corners.
+# - A wrong scale looks perfect in a picture. The median depth in metres finds it.
+# - 8 bits are for looking. Pick depths when you resize; never mix them.
+# - Same size does not mean registered.
+#
+# Words to know: [depth image](../docs/glossary.md#depth-image), [no data](../docs/glossary.md#no-data),
+# [range](../docs/glossary.md#range), [encoding](../docs/glossary.md#encoding),
+# [flying pixel](../docs/glossary.md#flying-pixel), [registered](../docs/glossary.md#registered).
+#
+# ## Your own camera
+#
+# Change one line: `room = data.from_folder("path/to/my_recording", encoding="realsense")`. Save depth as 16-bit PNG, aligned to colour.
+# Everything in this lesson runs on it, except the cells that need truth.
+#
+# ## To the lab
+#
+# Lab 01 gives you raw frames and asks for metres: `exercises/01_rgbd_images.ipynb`, or `python3 course.py start` and then
+# `my_work/labs/01_rgbd_images.ipynb`.
+#
+# ## Going further
+#
+# - Sturm et al., "A benchmark for the evaluation of RGB-D SLAM systems", IROS 2012: the TUM data and its 5000 per metre.
+# - Song, Lichtenberg and Xiao, "SUN RGB-D", CVPR 2015; Silberman et al., "Indoor segmentation and support inference from
+#   RGBD images", ECCV 2012 (NYU); Choi, Zhou and Koltun, "Robust reconstruction of indoor scenes", CVPR 2015 (Redwood).
+# - Open3D's reader of each format: `o3d.geometry.RGBDImage.create_from_tum_format` and its siblings. Their default drops everything
+#   beyond 3 or 4 m (lesson 03).
+# - librealsense, "align" and "depth units": a D455 can be set to steps other than 1 mm; read `depth_scale` from the device.
