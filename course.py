@@ -231,7 +231,8 @@ def usable_pythons(environment: Mapping[str, str]) -> Iterator[str]:
         for minor in range(PYTHONS[1][1], PYTHONS[0][1] - 1, -1):
             where = f"Programs/Python/Python3{minor}/python.exe"
             candidates.append(os.path.join(environment.get("LOCALAPPDATA", ""), where))
-    ask = "import sys, struct, platform as p; print(*sys.version_info[:2], struct.calcsize('P'), p.python_implementation())"
+    ask = "import sys, struct, platform as p; "
+    ask += "print(*sys.version_info[:2], struct.calcsize('P'), p.python_implementation())"
     for candidate in dict.fromkeys(candidates):
         if not os.access(candidate, os.X_OK) or os.path.isdir(candidate):
             continue
@@ -371,7 +372,7 @@ def ensure_libraries(known: Facts) -> None:
         )
     if drawing:
         say(
-            "There is no driver to draw 3D with: everything works, but matplotlib draws the pictures of clouds and meshes. "
+            "There is no driver to draw 3D with: everything works, with clouds and meshes drawn by matplotlib. "
             f"An administrator adds one with{tried}:\n    {administrator}"
         )
 
@@ -712,8 +713,8 @@ def download(url: str, target: Path, expected: str, index: Index) -> None:
         raise unreachable(index, trouble)
     raise Stop(
         "content",
-        f"{without_secret(url)} is not the file that uv.lock names (its sha256 differs): the index, or something on the "
-        "way, changed it.",
+        f"{without_secret(url)} is not the file that uv.lock names (its sha256 differs): the index, or "
+        "something on the way, changed it.",
         _with_variable("UV_DEFAULT_INDEX", PYPI),
     )
 
@@ -971,7 +972,7 @@ def why_uv_failed(said: str, code: int, index: Index, environment: Mapping[str, 
     if re.search(r"hash mismatch", said, re.I):
         return Stop(
             "content",
-            f"The package index {without_secret(index.url)} serves a file that is not the one in uv.lock (another hash).",
+            f"The package index {without_secret(index.url)} serves a file with another hash than uv.lock's.",
             _with_variable("UV_DEFAULT_INDEX", PYPI),
         )
     try:
@@ -985,8 +986,8 @@ def why_uv_failed(said: str, code: int, index: Index, environment: Mapping[str, 
         say("\n".join("  uv: " + line for line in lines))
     return Stop(
         "install",
-        f"uv could not install the packages (its exit code is {code}, its words stand above): run the same again, and if "
-        "it stays, ask with the text of",
+        f"uv could not install the packages (its exit code is {code}, its words stand above): run it again, and if it "
+        "stays, ask with the text of",
         "python3 course.py doctor",
     )
 
