@@ -42,15 +42,15 @@ name. A complete one::
 In the lab (solutions/source/03_….py) stands the cell tagged `task` with a `def` of this name, and after it one tagged
 `check` with `check("03-1", lift)`. What tests/tasks then prove of every registered task, and so what to mind:
 
-- **Truth under the key "truth"**, in the form of an answer. Then the judge also measures how far a learner's answer is from
-  a misconception's, and recognition costs nothing. Otherwise give the task a `distance(case, a, b)` in tolerances.
+- **Truth under the key "truth"**, in the form of an answer. Then the judge also measures how far a learner's answer is
+  from a misconception's, and recognition costs nothing. Otherwise give the task a `distance(case, a, b)` in tolerances.
 - **A misconception's message** completes "This looks like …": say what happened, then what to do. Its `source` is learner
-  code. It must be ≥ 5 tolerances from the truth in a public case (and for any seed), and no other misconception may fit it:
-  design a case that tells them apart, or name them `alike`. An upside-down, a negative, an odd or a tiny case often does.
-- **Tolerance ≥ 3 times the reference's own error**: leave room for float32 answers. Judges take any plain answer: use the
-  helpers of `judges` (and `worst_of` for several parts), which turn garbage into one sentence.
-- `cases(rng)` uses `rng` alone, is quick (< 0.2 s; images of 40x30 do), and draws inputs that fail for a reason: holes, a
-  single point, a corner pixel. Give each case a `name` that may be read on the card.
+  code. It must be ≥ 5 tolerances from the truth in a public case (and for any seed), and no other misconception may fit
+  it: design a case that tells them apart, or name them `alike`. A negative, an odd, a tiny or a single one often does.
+- **Tolerance ≥ 3 times the reference's own error**: leave room for float32 answers. Judges take any plain answer: use
+  the helpers of `judges` (and `worst_of` for several parts), which turn garbage into one sentence.
+- `cases(rng)` uses `rng` alone, is quick (< 0.2 s; images of 40x30 do), and draws inputs that fail for a reason: holes,
+  a single point, a corner pixel. Give each case a `name` that may be read on the card.
 - **Kinds**: fill (one line, two hints), write, mend, which (`judge_choice`), real (`data=("tum_pair",)`; then
   `cases(rng, load)` with `load("tum_pair")`), open (`judge_band`, and `guess(rng)`: a function with random settings),
   explain (`judge_words`, `rubric=(…0, …1, …2)`, points=2).
@@ -58,9 +58,9 @@ In the lab (solutions/source/03_….py) stands the cell tagged `task` with a `de
 
 How a task is used
 ------------------
-`get("03-2")`, `lab("03")`, `all_tasks()`; `fresh(task, seed)` draws cases, `run_all(function, cases)` calls the function on
-copies, `judge_all(task, cases, outcomes)` gives the `Result`. `to_wire` and `from_wire` carry what is given and answered to
-another process and back.
+`get("03-2")`, `lab("03")`, `all_tasks()`; `fresh(task, seed)` draws cases, `run_all(function, cases)` calls the function
+on copies, `judge_all(task, cases, outcomes)` gives the `Result`. `to_wire` and `from_wire` carry what is given and
+answered to another process and back.
 """
 
 from __future__ import annotations
@@ -75,8 +75,24 @@ from course_lib.tasks.plain import from_wire, plain, to_wire
 from course_lib.tasks.running import Outcome, run, run_all
 
 __all__ = [
-    "Case", "Misconception", "Outcome", "Result", "Task", "Verdict", "all_tasks", "fresh", "from_wire", "get", "judge_all",
-    "lab", "labs", "plain", "public_seed", "run", "run_all", "to_wire",
+    "Case",
+    "Misconception",
+    "Outcome",
+    "Result",
+    "Task",
+    "Verdict",
+    "all_tasks",
+    "fresh",
+    "from_wire",
+    "get",
+    "judge_all",
+    "lab",
+    "labs",
+    "plain",
+    "public_seed",
+    "run",
+    "run_all",
+    "to_wire",
 ]
 
 
@@ -113,7 +129,11 @@ def get(task_id: str) -> Task:
     for task in lab(number) if number in labs() else ():
         if task.id == task_id:
             return task
-    known = [f"{n}-{count}" for n in labs() for count in range(1, 10)] if number not in labs() else [t.id for t in lab(number)]
+    known = (
+        [f"{n}-{count}" for n in labs() for count in range(1, 10)]
+        if number not in labs()
+        else [t.id for t in lab(number)]
+    )
     near = difflib.get_close_matches(str(task_id), known, 1, 0.3)
     raise ValueError(f"there is no task {task_id!r}" + (f"; did you mean {near[0]!r}?" if near else "."))
 

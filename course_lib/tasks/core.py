@@ -87,12 +87,19 @@ class Misconception:
     message : completes "This looks like …" with what happened and what to do; no full stop needed.
     source : learner code, a `def` with the task's function name; `np` and `math` are there, other imports stand in it.
     alike : names of misconceptions of the same task that no case can tell from this one; they are reported together.
+    variants : more learner code of the same mistake that answers differently (uint16 overflows, floats do not).
     """
 
     name: str
     message: str
     source: str
     alike: tuple[str, ...] = ()
+    variants: tuple[str, ...] = ()
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """The source and its variants."""
+        return (self.source, *self.variants)
 
 
 Judge = Callable[[Case, Plain], Verdict]
@@ -116,8 +123,8 @@ class Task:
     hides : dotted names that are the answer: ("course_lib.cameras.deproject",). The grader removes their modules.
     kind : one of KINDS.
     where : what to read again: "lesson 03, section 2 (the pinhole model)".
-    distance : `distance(case, a, b)` in tolerances, where the default will not do. The default judges `a` with `b` in the
-        place of `hidden["truth"]`.
+    distance : `distance(case, a, b)` in tolerances, where the default will not do. The default judges `a` with `b` in
+        the place of `hidden["truth"]`.
     data : names of real datasets that the cases need; makes `cases` take `load` (the notebook's `data.load`).
     guess : for open tasks: `guess(rng)` returns a function with random settings, which must earn less than half.
     rubric : for explain tasks: what earns 0, 1 and 2.
@@ -150,7 +157,7 @@ class Task:
         if len(self.rubric) != (3 if self.kind == "explain" else 0):
             raise ValueError(f"task {self.id}: an explain task, and no other, has a rubric of three lines (0, 1, 2).")
         if (self.guess is not None) != (self.kind == "open"):
-            raise ValueError(f"task {self.id}: an open task, and no other, has guess(rng), a function of random settings.")
+            raise ValueError(f"task {self.id}: an open task, and no other, has guess(rng): random settings.")
         names = [misconception.name for misconception in self.misconceptions]
         if len(set(names)) != len(names):
             raise ValueError(f"task {self.id}: two misconceptions have the same name.")
@@ -158,7 +165,7 @@ class Task:
 
     @property
     def lab(self) -> str:
-        """"03" of "03-2"."""
+        """ "03" of "03-2"."""
         return self.id[:2]
 
     @property
@@ -168,7 +175,7 @@ class Task:
 
     @property
     def label(self) -> str:
-        """"Task 2: <title>", the message of the stub's NotImplementedError."""
+        """ "Task 2: <title>", the message of the stub's NotImplementedError."""
         return f"Task {self.number}: {self.title}"
 
     @property
@@ -220,7 +227,7 @@ def fresh(task: Task, seed: int, load: Callable[..., Any] | None = None) -> tupl
         If the task needs real data and no `load` was given, or if it draws no cases or cases that are not plain.
     """
     if task.data and load is None:
-        raise ValueError(f"task {task.id} needs the real data {', '.join(task.data)}: give fresh() a function to load it.")
+        raise ValueError(f"task {task.id} needs the real data {', '.join(task.data)}: give fresh() their loader.")
     return _fresh(task, int(seed), load)
 
 

@@ -12,44 +12,52 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from course_lib.tasks.core import Verdict
 from course_lib.tasks.plain import Plain, describe
+from course_lib.tasks.wording import (
+    array_problem,
+    expected,
+    measured,
+    not_numbers,
+    place_of,
+    position,
+    quantity,
+    refuse,
+    share,
+    transposed,
+    up,
+)
 
-_STEPS = {
-    "m": ((1e-6, 1e-9, "nm"), (1e-3, 1e-6, "µm"), (1.0, 1e-3, "mm")),
-    "s": ((1e-3, 1e-6, "µs"), (1.0, 1e-3, "ms")),
-}
-
-
-def quantity(value: float, unit: str = "", digits: int = 3) -> str:
-    """A number with its unit as people say it: 0.153 m is "153 mm", 0.1 rad "5.73°"."""
-    if unit in ("rad", "deg"):
-        return quantity(math.degrees(value) if unit == "rad" else value, "°", digits)
-    for below, factor, name in _STEPS.get(unit, ()):
-        if 0 < abs(value) < below * (1 - 1e-12):
-            return quantity(value / factor, name, digits)
-    if not math.isfinite(value):
-        text = "infinitely much" if math.isinf(value) else "NaN"
-    elif value == 0 or 1e-3 <= abs(value) < 1e7:
-        decimals = max(0, digits - 1 - (math.floor(math.log10(abs(value))) if value else digits))
-        text = f"{round(value, decimals):,.{decimals}f}"
-        text = text.rstrip("0").rstrip(".") if "." in text else text
-    else:
-        text = f"{value:.{digits - 1}e}"
-    return text + (unit if unit in ("°", "%") else f" {unit}" if unit else "")
-
-
-def refuse(message: str, tolerance: float = 0.0, unit: str = "", axis: str = "") -> Verdict:
-    """The verdict on an answer that has no size of error: wrong type, shape, NaN."""
-    return Verdict(False, math.inf, tolerance, unit, axis, message)
+__all__ = [
+    "judge_array",
+    "judge_band",
+    "judge_choice",
+    "judge_labels",
+    "judge_number",
+    "judge_points_set",
+    "judge_transform",
+    "judge_words",
+    "quantity",
+    "refuse",
+    "rotation_degrees",
+    "worst_of",
+]
 
 
 def worst_of(*verdicts: Verdict) -> Verdict:
     """One verdict of several: it passes if all do, speaks of the worst, and scores their mean."""
     worst = max(verdicts, key=lambda verdict: (not verdict.passed, verdict.ratio))
-    return Verdict(all(v.passed for v in verdicts), worst.error, worst.tolerance, worst.unit, worst.axis, worst.message,
-                   float(np.mean([v.score for v in verdicts])))
+    return Verdict(
+        all(v.passed for v in verdicts),
+        worst.error,
+        worst.tolerance,
+        worst.unit,
+        worst.axis,
+        worst.message,
+        float(np.mean([v.score for v in verdicts])),
+    )
 
 
 def judge_number(answer: Plain, truth: float, tolerance: float, unit: str = "", what: str = "the answer") -> Verdict:
@@ -57,19 +65,29 @@ def judge_number(answer: Plain, truth: float, tolerance: float, unit: str = "", 
     if isinstance(answer, np.ndarray) and answer.size == 1 and answer.dtype.names is None:
         answer = answer.reshape(()).tolist()
     if isinstance(answer, bool) or not isinstance(answer, (int, float)):
-        return refuse(_expected("a number", answer, what), tolerance, unit)
+        return refuse(expected("a number", answer, what), tolerance, unit)
     if isinstance(truth, (int, float)) and math.isnan(truth):
-        return Verdict(True, 0.0, tolerance, unit, what, f"{_up(what)} is NaN, as it should be.") if math.isnan(
-            answer) else refuse(f"{_up(what)} is {describe(answer)}: expected NaN, there is no value here.", tolerance, unit)
+        return (
+            Verdict(True, 0.0, tolerance, unit, what, f"{up(what)} is NaN, as it should be.")
+            if math.isnan(answer)
+            else refuse(f"{up(what)} is {describe(answer)}: expected NaN, there is no value here.", tolerance, unit)
+        )
     if not math.isfinite(answer):
-        return refuse(f"{_up(what)} is {answer}: expected a finite number.", tolerance, unit)
+        return refuse(f"{up(what)} is {answer}: expected a finite number.", tolerance, unit)
     error = abs(float(answer) - float(truth))
-    return _measured(error, tolerance, unit, what, "")
+    return measured(error, tolerance, unit, what, "")
 
 
 def judge_array(
-    answer: Plain, truth: np.ndarray, tolerance: float | np.ndarray, unit: str = "", *, axes: Sequence[str] = (),
-    what: str = "the answer", kind: str | None = None, dtype: Any = None,
+    answer: Plain,
+    truth: np.ndarray,
+    tolerance: float | np.ndarray,
+    unit: str = "",
+    *,
+    axes: Sequence[str] = (),
+    what: str = "the answer",
+    kind: str | None = None,
+    dtype: Any = None,
 ) -> Verdict:
     """An array of numbers against the true one, element by element.
 
@@ -85,22 +103,30 @@ def judge_array(
     """
     truth = np.asarray(truth)
     top = float(np.max(tolerance))
-    problem = _array_problem(answer, truth, what, kind or ("bool" if truth.dtype.kind == "b" else None), dtype)
+    problem = array_problem(answer, truth, what, kind or ("bool" if truth.dtype.kind == "b" else None), dtype)
     if problem:
         return refuse(problem, top, unit)
     values, true = np.asarray(answer).astype(np.float64), truth.astype(np.float64)
     missing, hole = np.isnan(values), np.isnan(true)
     if (missing & ~hole).any():
-        return refuse(f"{_up(what)} is NaN {_share(missing & ~hole)} where a number is expected "
-                      f"(first at {_position(missing & ~hole)}).", top, unit)
+        return refuse(
+            f"{up(what)} is NaN {share(missing & ~hole)} where a number is expected "
+            f"(first at {position(missing & ~hole)}).",
+            top,
+            unit,
+        )
     if (hole & ~missing).any():
-        return refuse(f"{_up(what)} has a value {_share(hole & ~missing)} where NaN is expected, because nothing was "
-                      f"measured (first at {_position(hole & ~missing)}).", top, unit)
+        return refuse(
+            f"{up(what)} has a value {share(hole & ~missing)} where NaN is expected, because nothing was "
+            f"measured (first at {position(hole & ~missing)}).",
+            top,
+            unit,
+        )
     if (np.isinf(values) & ~np.isinf(true)).any():
         wrong = np.isinf(values) & ~np.isinf(true)
-        return refuse(f"{_up(what)} is infinite {_share(wrong)} (first at {_position(wrong)}).", top, unit)
+        return refuse(f"{up(what)} is infinite {share(wrong)} (first at {position(wrong)}).", top, unit)
     if values.size == 0 or hole.all():
-        return Verdict(True, 0.0, top, unit, what, f"{_up(what)} is as it should be.")
+        return Verdict(True, 0.0, top, unit, what, f"{up(what)} is as it should be.")
     with np.errstate(invalid="ignore"):
         off = np.where(hole | (values == true), 0.0, np.abs(values - true))
     allowed = np.broadcast_to(np.asarray(tolerance, dtype=float), off.shape)
@@ -108,30 +134,38 @@ def judge_array(
     axis = str(axes[at[-1]]) if len(axes) == off.shape[-1] and off.ndim else what
     place = at[:-1] if axis != what else at
     shape = off.shape[:-1] if axis != what else off.shape
-    return _measured(float(off[at]), float(allowed[at]), unit, axis, _place(place, shape))
+    return measured(float(off[at]), float(allowed[at]), unit, axis, place_of(place, shape))
 
 
-def judge_transform(answer: Plain, truth: np.ndarray, *, degrees: float, metres: float, what: str = "the transform") -> Verdict:
+def judge_transform(
+    answer: Plain, truth: np.ndarray, *, degrees: float, metres: float, what: str = "the transform"
+) -> Verdict:
     """A rigid 4x4 transform against the true one, in degrees and metres.
 
     It must be rigid: last row 0 0 0 1, a proper rotation (no reflection, no scale).
     """
-    problem = _array_problem(answer, np.asarray(truth, float), what, None, None)
+    problem = array_problem(answer, np.asarray(truth, float), what, None, None)
     if problem:
         return refuse(problem, degrees, "deg")
     T = np.asarray(answer, dtype=float)
     if not np.isfinite(T).all():
-        return refuse(f"{_up(what)} holds NaN or infinity at {_position(~np.isfinite(T))}.", degrees, "deg")
+        return refuse(f"{up(what)} holds NaN or infinity at {position(~np.isfinite(T))}.", degrees, "deg")
     if np.abs(T[3] - [0, 0, 0, 1]).max() > 1e-6:
         return refuse(f"The last row of {what} is not 0 0 0 1: is it transposed?", degrees, "deg")
     R = T[:3, :3]
     if np.abs(R.T @ R - np.eye(3)).max() > 1e-4:
-        return refuse(f"{_up(what)} does not hold a rotation: its columns are not perpendicular unit vectors.", degrees, "deg")
+        return refuse(
+            f"{up(what)} does not hold a rotation: its columns are not perpendicular unit vectors.", degrees, "deg"
+        )
     if np.linalg.det(R) < 0:
-        return refuse(f"{_up(what)} holds a reflection: the determinant of its 3x3 part is −1, expected +1.", degrees, "deg")
+        return refuse(
+            f"{up(what)} holds a reflection: the determinant of its 3x3 part is −1, expected +1.", degrees, "deg"
+        )
     angle = rotation_degrees(R, np.asarray(truth, float)[:3, :3])
     shift = float(np.linalg.norm(T[:3, 3] - np.asarray(truth, float)[:3, 3]))
-    return worst_of(_measured(angle, degrees, "deg", "the rotation", ""), _measured(shift, metres, "m", "the translation", ""))
+    return worst_of(
+        measured(angle, degrees, "deg", "the rotation", ""), measured(shift, metres, "m", "the translation", "")
+    )
 
 
 def rotation_degrees(A: np.ndarray, B: np.ndarray) -> float:
@@ -141,46 +175,53 @@ def rotation_degrees(A: np.ndarray, B: np.ndarray) -> float:
     return math.degrees(math.atan2(sine, (np.trace(D) - 1) / 2))
 
 
-def judge_points_set(answer: Plain, truth: np.ndarray, tolerance: float, unit: str = "m", what: str = "the points") -> Verdict:
+def judge_points_set(
+    answer: Plain, truth: np.ndarray, tolerance: float, unit: str = "m", what: str = "the points"
+) -> Verdict:
     """Points (N, D) in any order against the true ones: as many, and each within `tolerance` of its own partner."""
-    from scipy.spatial import cKDTree
-
     truth = np.asarray(truth, float)
     form = f"points of shape (N, {truth.shape[1]})"
-    problem = _not_numbers(answer, what, form)
+    problem = not_numbers(answer, what, form)
     if problem:
         return refuse(problem, tolerance, unit)
     values = np.asarray(answer, dtype=float)
     if values.ndim != 2 or values.shape[1] != truth.shape[1]:
-        return refuse(f"{_up(what)}: expected {form}, got {values.shape}{_transpose(values.shape, truth.shape)}.", tolerance, unit)
+        return refuse(
+            f"{up(what)}: expected {form}, got {values.shape}{transposed(values.shape, truth.shape)}.", tolerance, unit
+        )
     if not np.isfinite(values).all():
-        return refuse(f"{_up(what)}: {_share(~np.isfinite(values).all(axis=1))} NaN or infinite; drop those.", tolerance, unit)
+        return refuse(
+            f"{up(what)}: {share(~np.isfinite(values).all(axis=1))} NaN or infinite; drop those.", tolerance, unit
+        )
     if len(values) != len(truth):
-        return refuse(f"{_up(what)}: expected {len(truth):,}, got {len(values):,}.", tolerance, unit)
+        return refuse(f"{up(what)}: expected {len(truth):,}, got {len(values):,}.", tolerance, unit)
     if len(values) == 0:
-        return Verdict(True, 0.0, tolerance, unit, what, f"{_up(what)}: none, as it should be.")
+        return Verdict(True, 0.0, tolerance, unit, what, f"{up(what)}: none, as it should be.")
     forward, backward = cKDTree(truth).query(values)[0], cKDTree(values).query(truth)[0]
     if forward.max() >= backward.max():
-        return _measured(float(forward.max()), tolerance, unit, what, _place((int(forward.argmax()),), values.shape[:1]))
-    return _measured(float(backward.max()), tolerance, unit, what, "a point that is missing in yours")
+        return measured(
+            float(forward.max()), tolerance, unit, what, place_of((int(forward.argmax()),), values.shape[:1])
+        )
+    return measured(float(backward.max()), tolerance, unit, what, "a point that is missing in yours")
 
 
 def judge_labels(answer: Plain, truth: np.ndarray, *, least: float = 1.0, what: str = "the labels") -> Verdict:
     """Labels or a mask against the true ones: at least the share `least` must agree. Error and tolerance in %."""
     truth = np.asarray(truth)
     most = max(100 * (1 - least), 100 * 0.2 / max(truth.size, 1))
-    problem = _array_problem(answer, truth, what, "bool" if truth.dtype.kind == "b" else None, None)
+    problem = array_problem(answer, truth, what, "bool" if truth.dtype.kind == "b" else None, None)
     if problem:
         return refuse(problem, most, "%")
     wrong = np.asarray(answer) != truth
     if not wrong.any():
-        return Verdict(True, 0.0, most, "%", what, f"{_up(what)} agree everywhere.")
+        return Verdict(True, 0.0, most, "%", what, f"{up(what)} agree everywhere.")
     error = 100 * float(wrong.mean())
     extra = ""
     if truth.dtype.kind == "b":
         extra = f": {int((wrong & ~truth).sum()):,} True too many, {int((wrong & truth).sum()):,} too few"
-    return Verdict(error <= most, error, most, "%", what,
-                   f"{_up(what)} differ {_share(wrong)} (first at {_position(wrong)}){extra}.")
+    return Verdict(
+        error <= most, error, most, "%", what, f"{up(what)} differ {share(wrong)} (first at {position(wrong)}){extra}."
+    )
 
 
 def judge_choice(answer: Plain, truth: Plain, choices: Sequence[str], what: str = "the choice") -> Verdict:
@@ -195,14 +236,14 @@ def judge_choice(answer: Plain, truth: Plain, choices: Sequence[str], what: str 
         if problem:
             return refuse(problem, 0.2, "wrong")
         if answer == truth:
-            return Verdict(True, 0.0, 0.2, "wrong", what, f"{_up(what)} is right.")
-        return Verdict(False, 1.0, 0.2, "wrong", what, f"{_up(what)} is not {answer!r}.")
+            return Verdict(True, 0.0, 0.2, "wrong", what, f"{up(what)} is right.")
+        return Verdict(False, 1.0, 0.2, "wrong", what, f"{up(what)} is not {answer!r}.")
     names = list(truth) if isinstance(truth, Mapping) else list(range(len(truth)))
     kind = "dict" if isinstance(truth, Mapping) else "list"
     if type(answer).__name__ != kind or len(answer) != len(names) or (kind == "dict" and set(answer) != set(names)):
         keys = ", ".join(repr(name) for name in names)
         expected = f"a dict with the keys {keys}" if kind == "dict" else f"a list of {len(names)} texts"
-        return refuse(_expected(expected, answer, what), 0.2, "wrong")
+        return refuse(expected(expected, answer, what), 0.2, "wrong")
     for name in names:
         problem = _choice_problem(answer[name], choices, f"{what} for {name!r}")
         if problem:
@@ -214,18 +255,18 @@ def judge_choice(answer: Plain, truth: Plain, choices: Sequence[str], what: str 
 
 def _choice_problem(answer: Plain, choices: Sequence[str], what: str) -> str:
     if not isinstance(answer, str):
-        return _expected("one of the texts " + ", ".join(map(repr, choices)), answer, what)
+        return expected("one of the texts " + ", ".join(map(repr, choices)), answer, what)
     if answer in choices:
         return ""
     near = difflib.get_close_matches(answer, choices, 1)
     hint = f"did you mean {near[0]!r}?" if near else "the choices are " + ", ".join(map(repr, choices)) + "."
-    return f"{_up(what)}: {answer[:60]!r} is none of the choices; {hint}"
+    return f"{up(what)}: {answer[:60]!r} is none of the choices; {hint}"
 
 
 def judge_words(answer: Plain, most: int = 60) -> Verdict:
     """A text of 1 to `most` words, to be marked by hand: right here only means that it can be handed in."""
     if not isinstance(answer, str):
-        return refuse(_expected("a text in quotes", answer, "the answer"))
+        return refuse(expected("a text in quotes", answer, "the answer"))
     count = len(answer.split())
     if count == 0 or set(answer) <= set(". …\n\t"):
         return refuse("The text is empty: write your explanation between the quotes.")
@@ -234,8 +275,14 @@ def judge_words(answer: Plain, most: int = 60) -> Verdict:
     return Verdict(True, count, most, "words", "length", f"{count} of at most {most} words.")
 
 
-def judge_band(value: float, bands: Sequence[tuple[float, float]], unit: str = "", *, better: str = "smaller",
-               what: str = "the result") -> Verdict:
+def judge_band(
+    value: float,
+    bands: Sequence[tuple[float, float]],
+    unit: str = "",
+    *,
+    better: str = "smaller",
+    what: str = "the result",
+) -> Verdict:
     """An open-ended result, scored by the best band that it reaches.
 
     Parameters
@@ -251,86 +298,13 @@ def judge_band(value: float, bands: Sequence[tuple[float, float]], unit: str = "
     sign = 1.0 if better == "smaller" else -1.0
     hardest = bands[0][0]
     if not math.isfinite(value):
-        return refuse(f"{_up(what)} is not finite.", hardest, unit)
+        return refuse(f"{up(what)} is not finite.", hardest, unit)
     reached = next((index for index, (limit, _) in enumerate(bands) if sign * value <= sign * limit), len(bands))
     score = bands[reached][1] if reached < len(bands) else 0.0
     bound = "under" if better == "smaller" else "over"
-    message = f"{_up(what)} is {bound} {quantity(bands[reached][0], unit)}" if score else f"{_up(what)} reaches no band yet"
+    message = (
+        f"{up(what)} is {bound} {quantity(bands[reached][0], unit)}" if score else f"{up(what)} reaches no band yet"
+    )
     if reached > 0:
         message += f"; the next band begins {bound} {quantity(bands[reached - 1][0], unit)}"
     return Verdict(score >= 0.5, float(value), float(hardest), unit, what, message + ".", score)
-
-
-def _measured(error: float, tolerance: float, unit: str, axis: str, place: str) -> Verdict:
-    passed = error <= tolerance
-    where = f" ({place})" if place else ""
-    allowed = f"; {quantity(tolerance, unit)} is allowed"
-    message = f"{_up(axis)} is within {quantity(tolerance, unit)}." if passed else (
-        f"{_up(axis)} is off by {quantity(error, unit)} at worst{where}{allowed}." if place else
-        f"{_up(axis)} is off by {quantity(error, unit)}{allowed}.")
-    return Verdict(passed, error, tolerance, unit, axis, message)
-
-
-def _expected(form: str, answer: Plain, what: str) -> str:
-    if answer is None:
-        return f"Expected {form} for {what}, got None: is the return missing?"
-    return f"Expected {form} for {what}, got {describe(answer)}."
-
-
-def _not_numbers(answer: Plain, what: str, form: str) -> str:
-    if isinstance(answer, np.ndarray):
-        return "" if answer.dtype.names is None else _expected(form, answer, what)
-    if isinstance(answer, list):
-        try:
-            values = np.asarray(answer)
-        except ValueError:
-            return f"Expected {form} for {what}, got a list whose rows differ in length."
-        return "" if values.dtype.kind in "biuf" else _expected(form, answer, what)
-    return _expected(form, answer, what)
-
-
-def _array_problem(answer: Plain, truth: np.ndarray, what: str, kind: str | None, dtype: Any) -> str:
-    form = f"a {truth.shape} array"
-    problem = _not_numbers(answer, what, form)
-    if problem:
-        return problem
-    values = np.asarray(answer)
-    if values.shape != truth.shape:
-        return f"{_up(what)}: expected shape {truth.shape}, got {values.shape}{_transpose(values.shape, truth.shape)}."
-    if dtype is not None and values.dtype != np.dtype(dtype):
-        return f"{_up(what)}: expected dtype {np.dtype(dtype)}, got {values.dtype}: .astype({np.dtype(dtype)}) changes it."
-    names = {"float": "f", "int": "iu", "bool": "b"}
-    if kind is not None and values.dtype.kind not in names[kind]:
-        words = {"float": "floats", "int": "whole numbers", "bool": "True/False"}[kind]
-        return f"{_up(what)}: expected {words}, got dtype {values.dtype}."
-    return ""
-
-
-def _transpose(got: tuple[int, ...], expected: tuple[int, ...]) -> str:
-    if len(got) == len(expected) > 1 and got == expected[::-1]:
-        return ": transpose?"
-    if math.prod(got) == math.prod(expected):
-        return ": reshape?"
-    if len(got) == len(expected) and got[1:] == expected[1:]:
-        return f": {abs(got[0] - expected[0]):,} rows too {'many' if got[0] > expected[0] else 'few'}"
-    return ""
-
-
-def _share(wrong: np.ndarray) -> str:
-    return f"in {int(wrong.sum()):,} of {wrong.size:,} places"
-
-
-def _position(wrong: np.ndarray) -> str:
-    return "[" + ", ".join(str(int(i)) for i in np.argwhere(wrong)[0]) + "]" if wrong.ndim else "the number itself"
-
-
-def _place(index: Sequence[int], shape: Sequence[int]) -> str:
-    if len(index) == 1:
-        return f"row [{index[0]}] of {shape[0]}"
-    if len(index) == 2:
-        return f"row [{index[0]}], column [{index[1]}] of {shape[0]}x{shape[1]}"
-    return "at [" + ", ".join(str(int(i)) for i in index) + "]" if index else ""
-
-
-def _up(text: str) -> str:
-    return text[:1].upper() + text[1:] if len(text) > 1 else text

@@ -17,7 +17,7 @@ from course_lib.tasks.running import Outcome, given_text, run
 FAR = 5.0
 """A misconception shows in a case where it is at least so many tolerances from the truth."""
 
-_answers: weakref.WeakKeyDictionary[Case, dict[str, Outcome]] = weakref.WeakKeyDictionary()
+_answers: weakref.WeakKeyDictionary[Case, dict[tuple[str, str], Outcome]] = weakref.WeakKeyDictionary()
 
 
 @dataclass(frozen=True)
@@ -85,8 +85,12 @@ class Result:
 
 def band(ratio: float) -> str:
     """The band of an error given in tolerances; coarse, so that nobody descends on the number."""
-    for most, words in ((0.1, "well within tolerance"), (1, "within tolerance"), (3, "within 3 times the tolerance"),
-                        (10, "within 10 times the tolerance")):
+    for most, words in (
+        (0.1, "well within tolerance"),
+        (1, "within tolerance"),
+        (3, "within 3 times the tolerance"),
+        (10, "within 10 times the tolerance"),
+    ):
         if ratio <= most:
             return words
     return "more than 10 times the tolerance"
@@ -103,13 +107,19 @@ def judge_all(task: Task, cases: Sequence[Case], outcomes: Sequence[Outcome]) ->
     if len(outcomes) != len(cases) or not cases:
         raise ValueError(f"task {task.id}: {len(outcomes)} outcomes for {len(cases)} cases; one for each is needed.")
     verdicts = tuple(_verdict(task, case, outcome) for case, outcome in zip(cases, outcomes, strict=True))
-    order = sorted(range(len(cases)), key=lambda i: (outcomes[i].kind == "answer", verdicts[i].passed, -verdicts[i].ratio, i))
-    worst = order[0]
+    worst = min(
+        range(len(cases)), key=lambda i: (outcomes[i].kind == "answer", verdicts[i].passed, -verdicts[i].ratio, i)
+    )
     kind = outcomes[worst].kind
     score = _score(task, verdicts)
     passed = score >= 0.5 and kind == "answer" if task.kind == "open" else all(v.passed for v in verdicts)
-    status = "by hand" if passed and task.kind == "explain" else "passed" if passed else (
-        kind if kind in ("not started", "raised") else "failed")
+    status = (
+        "by hand"
+        if passed and task.kind == "explain"
+        else "passed"
+        if passed
+        else (kind if kind in ("not started", "raised") else "failed")
+    )
     recognised = () if status in ("passed", "by hand", "not started") else recognise(task, cases, outcomes, verdicts)
     case = cases[worst]
     told = given_text(case.given) + (f" ({case.name})" if case.name else "")
@@ -131,18 +141,19 @@ def _score(task: Task, verdicts: Sequence[Verdict]) -> float:
     return float(np.median(scores.reshape(task.draws, -1).mean(axis=1)))
 
 
-def wrong_answer(task: Task, misconception: Misconception, case: Case) -> Outcome:
-    """What a misconception answers to a case; remembered as long as the case lives."""
+def wrong_answer(task: Task, source: str, case: Case) -> Outcome:
+    """What the source of a misconception answers to a case; remembered as long as the case lives."""
     known = _answers.setdefault(case, {})
-    if misconception.name not in known:
-        known[misconception.name] = run(load_source(misconception.source, task.function), case)
-    return known[misconception.name]
+    key = (task.id, source)
+    if key not in known:
+        known[key] = run(load_source(source, task.function), case)
+    return known[key]
 
 
 def load_source(source: str, name: str) -> Any:
     """The function of a piece of learner code in which `np` and `math` are there, as in a lab's first cell."""
     namespace: dict[str, Any] = {"np": np, "math": math, "__name__": "__main__"}
-    exec(compile(source, f"<source of {name}>", "exec"), namespace)  # noqa: S102 - our own text
+    exec(compile(source, f"<source of {name}>", "exec"), namespace)
     return namespace[name]
 
 
@@ -169,28 +180,36 @@ def _comparable(a: Plain, b: Plain) -> bool:
     return type(a) is type(b)
 
 
-def recognise(task: Task, cases: Sequence[Case], outcomes: Sequence[Outcome], verdicts: Sequence[Verdict]) -> tuple[Misconception, ...]:
+def recognise(
+    task: Task, cases: Sequence[Case], outcomes: Sequence[Outcome], verdicts: Sequence[Verdict]
+) -> tuple[Misconception, ...]:
     """The misconceptions that explain a wrong answer.
 
     One explains it if the answer agrees with it, to within the tolerance, in every case where it is FAR from the truth
     (there must be one), and agrees with it or is right in every other case. Where a misconception has no answer itself,
     the case is left out.
     """
-    return tuple(m for m in task.misconceptions if _explains(task, m, cases, outcomes, verdicts))
+    return tuple(
+        m
+        for m in task.misconceptions
+        if any(_explains(task, source, cases, outcomes, verdicts) for source in m.sources)
+    )
 
 
-def _explains(task: Task, misconception: Misconception, cases: Sequence[Case], outcomes: Sequence[Outcome],
-              verdicts: Sequence[Verdict]) -> bool:
+def _explains(
+    task: Task, source: str, cases: Sequence[Case], outcomes: Sequence[Outcome], verdicts: Sequence[Verdict]
+) -> bool:
     shown = 0
     for case, outcome, verdict in zip(cases, outcomes, verdicts, strict=True):
-        wrong = wrong_answer(task, misconception, case)
+        wrong = wrong_answer(task, source, case)
         if wrong.kind != "answer":
             continue
         if outcome.kind != "answer":
             return False
-        agrees = distance(task, case, outcome.answer, wrong.answer) <= 1
         far = task.judge(case, wrong.answer).ratio >= FAR
-        if not (agrees or (verdict.passed and not far)):
+        if far and verdict.passed:
+            return False
+        if not (verdict.passed or distance(task, case, outcome.answer, wrong.answer) <= 1):
             return False
         shown += far
     return shown > 0

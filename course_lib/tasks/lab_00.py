@@ -49,6 +49,7 @@ TASKS = (
                 "multiplied",
                 "a multiplication where a division belongs: one millimetre is a thousandth of a metre",
                 "def metres(depth_mm):\n    return depth_mm * 1000.0\n",
+                variants=("def metres(depth_mm):\n    return depth_mm * 1000\n",),  # uint16 overflows, silently
             ),
             Misconception(
                 "whole metres",

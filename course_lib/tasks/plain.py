@@ -1,9 +1,9 @@
 """Plain data: the only thing that crosses between a task, a learner's function and a judge.
 
-Plain is: None, bool, int, float, str, bytes, NumPy arrays of booleans, whole numbers or floats (also records of these, the
-point types of lab 02), and lists and dicts of plain things. `plain` normalises what a function returned (a tuple becomes a
-list, a NumPy scalar a number) or says in one sentence why it cannot be judged. `to_wire` and `from_wire` carry plain data
-to another process and back as bytes: a JSON header and raw buffers, never pickle.
+Plain is: None, bool, int, float, str, bytes, NumPy arrays of booleans, whole numbers or floats (also records of
+these, the point types of lab 02), and lists and dicts of plain things. `plain` normalises what a function returned (a
+tuple becomes a list, a NumPy scalar a number) or says in one sentence why it cannot be judged. `to_wire` and
+`from_wire` carry plain data to another process and back as bytes: a JSON header and raw buffers, never pickle.
 """
 
 from __future__ import annotations
@@ -101,8 +101,10 @@ class _Copier:
 
     def _whole(self, number: int) -> int:
         if abs(number) >= 2**63:
-            raise ValueError(f"{self.what} holds a whole number of {len(str(abs(number) >> 40)) + 12} digits or more: "
-                             "64 bits are the most.")
+            raise ValueError(
+                f"{self.what} holds a whole number of {len(str(abs(number) >> 40)) + 12} digits or more: "
+                "64 bits are the most."
+            )
         return number
 
     def _enter(self, length: int, depth: int) -> None:
@@ -110,16 +112,20 @@ class _Copier:
         if depth >= MAX_DEPTH:
             raise ValueError(f"{self.what} is nested more than {MAX_DEPTH} deep: return it flatter.")
         if self.items > MAX_ITEMS:
-            raise ValueError(f"{self.what} holds more than {MAX_ITEMS:,} separate things: return a NumPy array instead.")
+            raise ValueError(
+                f"{self.what} holds more than {MAX_ITEMS:,} separate things: return a NumPy array instead."
+            )
 
     def _weigh(self, size: int) -> None:
         self.bytes += size
         if self.bytes > MAX_BYTES:
-            raise ValueError(f"{self.what} needs more than {MAX_BYTES // 1_000_000} MB of memory: far more than this task.")
+            raise ValueError(
+                f"{self.what} needs more than {MAX_BYTES // 1_000_000} MB of memory: far more than this task."
+            )
 
     def _refusal(self, value: Any) -> str:
         if hasattr(value, "__next__") or hasattr(value, "send"):
-            return f"{self.what} is a generator, which holds no values yet: return a list or an array (use return, not yield)."
+            return f"{self.what} is a generator, which holds no values yet: return a list or an array, with return, not yield."
         if callable(value):
             return f"{self.what} is a function or a class, not a value: perhaps the brackets of a call are missing."
         if isinstance(value, (complex, np.complexfloating)):
@@ -179,8 +185,9 @@ def same(a: Plain, b: Plain, relative: float = 1e-6) -> bool:
             return all(same(a[name], b[name], relative) for name in a.dtype.names)
         finite = np.abs(b[np.isfinite(b)]) if b.dtype.kind == "f" else np.abs(b.astype(float))
         scale = float(finite.max()) if finite.size else 0.0
-        return bool(np.allclose(a.astype(float), b.astype(float), rtol=relative, atol=relative * scale * 1e-3,
-                                equal_nan=True))
+        return bool(
+            np.allclose(a.astype(float), b.astype(float), rtol=relative, atol=relative * scale * 1e-3, equal_nan=True)
+        )
     if isinstance(a, list) and isinstance(b, list):
         return len(a) == len(b) and all(same(x, y, relative) for x, y in zip(a, b, strict=True))
     if isinstance(a, dict) and isinstance(b, dict):
@@ -221,7 +228,9 @@ def from_wire(data: bytes) -> Plain:
     ValueError
         With one sentence, if the bytes are not such a message or hold more than plain data may.
     """
-    damaged = ValueError("these bytes are not a plain value of this course: they were cut off or made by something else.")
+    damaged = ValueError(
+        "these bytes are not a plain value of this course: they were cut off or made by something else."
+    )
     start = len(_MAGIC) + 8
     if len(data) > 2 * MAX_BYTES or data[: len(_MAGIC)] != _MAGIC or len(data) < start:
         raise damaged

@@ -57,8 +57,12 @@ def run(function: Callable[..., Any], case: Case) -> Outcome:
     told = given_text(case.given)
     stream = _Limited()
     try:
-        with (warnings.catch_warnings(record=True) as caught, contextlib.redirect_stdout(stream),
-              contextlib.redirect_stderr(stream), np.errstate()):
+        with (
+            warnings.catch_warnings(record=True) as caught,
+            contextlib.redirect_stdout(stream),
+            contextlib.redirect_stderr(stream),
+            np.errstate(),
+        ):
             warnings.simplefilter("always")
             value = function(*given.values())
         outcome = Outcome("answer", plain(value, "the answer"))

@@ -1,0 +1,171 @@
+"""`check("03-2", my_function)`: run a task's public cases on an answer and show a card that teaches.
+
+A first failure shows the size of the error, its axis and the worst case; a second what it looks like; a third where to
+look. With `COURSE_STRICT=1` (tests, graders) an untouched stub raises its NotImplementedError and a wrong answer
+CheckFailed, in one line. A card counts for nothing in a grade: graders run fresh cases of their own.
+"""
+
+from __future__ import annotations
+
+import inspect
+import os
+from collections.abc import Callable
+from typing import Any
+
+from course_lib import tasks
+from course_lib.notebook._card import BANDS, Card
+from course_lib.tasks.judging import Result, band
+from course_lib.tasks.plain import describe
+from course_lib.tasks.running import Outcome
+from course_lib.tasks.sources import forbidden
+
+__all__ = ["Card", "CheckFailed", "check"]
+
+_failures: dict[str, int] = {}
+
+
+class CheckFailed(AssertionError):
+    """A wrong answer under COURSE_STRICT=1; one line, shown without a traceback."""
+
+    def _render_traceback_(self) -> list[str]:
+        return [f"CheckFailed: {self}"]
+
+
+def check(task_id: str, function: Callable[..., Any]) -> Card:
+    """Check an answer on the task's public cases.
+
+    Parameters
+    ----------
+    task_id : "03-2" is task 2 of lab 03.
+    function : the function that you wrote; its name, without brackets.
+
+    Returns
+    -------
+    A card; leave the call as the last line of its cell to see it.
+
+    Raises
+    ------
+    ValueError
+        If there is no such task.
+    NotImplementedError, CheckFailed
+        Only under COURSE_STRICT=1: an untouched stub; an answer that is not right.
+    """
+    task = tasks.get(task_id)
+    strict = os.environ.get("COURSE_STRICT", "") not in ("", "0")
+    refused = _refused(task, function) or forbidden(task, function)
+    if refused:
+        return _fail(task, refused, strict)
+    load = _loader(task)
+    if task.data and load is None:
+        get = f"Get them with: python3 course.py data get {' '.join(task.data)}"
+        return Card("skipped", task.label, "skipped: its real data are not here", (("", get),))
+    cases = task.public(load)
+    outcomes = tasks.run_all(function, cases)
+    result = tasks.judge_all(task, cases, outcomes)
+    if result.status == "not started":
+        if strict:
+            raise NotImplementedError(task.label) from None
+        return _not_started(task)
+    if result.passed:
+        _failures.pop(task.id, None)
+        return _passed(result, outcomes)
+    if strict:
+        raise CheckFailed(result.line) from None
+    _failures[task.id] = _failures.get(task.id, 0) + 1
+    return _failed(result, outcomes, _failures[task.id])
+
+
+def _refused(task: tasks.Task, function: Any) -> str:
+    """Why what was handed to check cannot be called; "" if it can."""
+    call = f'check("{task.id}", {task.function})'
+    if not callable(function):
+        return (
+            f"check wants the function itself, not {describe(function)}: write {call}, with no brackets after the name."
+        )
+    try:
+        inspect.signature(function).bind(*task.arguments)
+    except TypeError as error:
+        return (
+            f"The task calls {task.function}({', '.join(task.arguments)}), which your function does not take: {error}."
+        )
+    except ValueError:
+        return ""  # some built-in functions do not tell their arguments; the call will
+    return ""
+
+
+def _loader(task: tasks.Task) -> Callable[..., Any] | None:
+    """The notebook's data.load where all the data of a task are here."""
+    if not task.data:
+        return None
+    from course_lib.notebook import data
+
+    return data.load if all(data.available(name) for name in task.data) else None
+
+
+def _fail(task: tasks.Task, sentence: str, strict: bool) -> Card:
+    if strict:
+        raise CheckFailed(f"{task.label}: {sentence}") from None
+    return Card("failed", task.label, "not yet", (("", sentence),))
+
+
+def _points(points: float) -> str:
+    return f"{points:g} {'point' if points == 1 else 'points'}"
+
+
+def _not_started(task: tasks.Task) -> Card:
+    line = f"Replace the raise line in {task.signature.removeprefix('def ').rstrip(':')}, run that cell, then this one."
+    return Card("not started", task.label, f"not started yet · {_points(task.points)}", (("", line),))
+
+
+def _passed(result: Result, outcomes: list[Outcome]) -> Card:
+    task = result.task
+    if result.status == "by hand":
+        lines = (("", f"{result.error} Your instructor marks it by hand, 0 to {task.points:g}."),)
+        return Card("by hand", task.label, f"ready to hand in · {_points(task.points)}", lines)
+    if task.kind == "open":
+        state = f"passed · {result.points:g} of {_points(task.points)}"
+        return Card("passed", task.label, state, (("", result.error), *_said(outcomes)))
+    worst = max(verdict.ratio for verdict in result.verdicts)
+    count = len(result.verdicts)
+    cases = f"all {count} cases" if count > 1 else "the case"
+    words = f"Right in {cases}" + (
+        f", {band(worst)}." if result.verdict.tolerance and result.verdict.unit != "wrong" else "."
+    )
+    return Card("passed", task.label, f"passed · {_points(task.points)}", (("", words), *_said(outcomes)))
+
+
+def _failed(result: Result, outcomes: list[Outcome], failures: int) -> Card:
+    task, ratio = result.task, result.verdict.ratio
+    right = sum(verdict.passed for verdict in result.verdicts)
+    lines = [("", result.error)]
+    if outcomes[result.worst].kind != "raised" and result.told != "nothing":
+        lines.append(("It was given", result.told))
+    lines += _said(outcomes)
+    if task.kind != "open" and len(result.verdicts) > 1:
+        lines.append(("So far", f"right in {right} of {len(result.verdicts)} cases."))
+    if failures >= 2:
+        lines.append(("", result.looks_like or "None of the usual mistakes fits this answer."))
+    if failures >= 3:
+        lines.append(("", result.where))
+    else:
+        lines.append(("", "Change something and run this cell again: the next card says more."))
+    step = (
+        None
+        if ratio == float("inf") or task.kind in ("which", "open")
+        else (next((i for i, most in enumerate((1, 3, 10)) if ratio <= most), len(BANDS) - 1))
+    )
+    state = "not yet" if not result.points else f"so far {result.points:g} of {_points(task.points)}"
+    return Card("failed", task.label, state, tuple(lines), step)
+
+
+def _said(outcomes: list[Outcome]) -> list[tuple[str, str]]:
+    """What the function printed and the first warning, of the first case that has any."""
+    printed = next((outcome.printed for outcome in outcomes if outcome.printed.strip()), "")
+    warned = next((outcome.warned for outcome in outcomes if outcome.warned), "")
+    lines = []
+    if printed:
+        text = " ".join(printed.split())
+        lines.append(("It printed", text if len(text) <= 160 else text[:159] + "…"))
+    if warned:
+        lines.append(("Python warned", warned))
+    return lines

@@ -1,0 +1,107 @@
+"""Reading an answer's source for calls that the task does not allow: the kind message, not the lock.
+
+The lock is that a grader removes the modules of `Task.hides` from what can be imported.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import textwrap
+from collections.abc import Callable, Iterator
+from types import FunctionType, ModuleType
+from typing import Any
+
+from course_lib.tasks.core import HARMLESS, Task
+
+
+def forbidden(task: Task, function: Callable[..., Any]) -> str:
+    """One sentence if a function, or one of the notebook's that it calls, uses what the task does not allow.
+
+    Returns
+    -------
+    The sentence; "" if nothing was found, or if the source cannot be read.
+    """
+    names = list(dict.fromkeys(_used(function, set())))
+    allowed = ", ".join(task.may_call) or "plain Python"
+    for name in names:
+        if any(_within(name, hidden) for hidden in task.hides):
+            return (
+                f"Task {task.number} asks you to write it yourself: {name.removeprefix('course_lib.')} is the answer; "
+                f"allowed here: {allowed}."
+            )
+    for name in names:
+        if not any(_within(name, module) for module in (*task.may_call, *HARMLESS)):
+            return f"Task {task.number} does not take {name.removeprefix('course_lib.')}; allowed here: {allowed}."
+    return ""
+
+
+def _within(name: str, outer: str) -> bool:
+    return name == outer or name.startswith(outer + ".")
+
+
+def _used(function: Callable[..., Any], seen: set[int]) -> Iterator[str]:
+    """The dotted names of everything from other modules that a function mentions: 'course_lib.cameras.deproject'."""
+    if not isinstance(function, FunctionType) or id(function) in seen:
+        return
+    seen.add(id(function))
+    try:
+        tree: ast.AST = ast.parse(textwrap.dedent(inspect.getsource(function)))
+    except (OSError, SyntaxError):
+        return
+    if function.__name__ == "<lambda>":  # its source is the whole line that it stands on
+        lambdas = [node for node in ast.walk(tree) if isinstance(node, ast.Lambda)]
+        if len(lambdas) != 1:
+            return
+        tree = lambdas[0]
+    imported = dict(_imports(tree))
+    yield from imported.values()
+    local = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+    local |= {node.arg for node in ast.walk(tree) if isinstance(node, ast.arg)}
+    for root, chain in _chains(tree):
+        if root in imported:
+            yield ".".join([imported[root], *chain])
+        elif root not in local and root in function.__globals__:
+            thing = function.__globals__[root]
+            if isinstance(thing, FunctionType) and thing.__globals__ is function.__globals__:
+                yield from _used(thing, seen)
+            else:
+                yield from _names(thing, chain)
+
+
+def _imports(tree: ast.AST) -> Iterator[tuple[str, str]]:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                yield (
+                    (alias.asname or alias.name.split(".")[0]),
+                    (alias.name if alias.asname else alias.name.split(".")[0]),
+                )
+        elif isinstance(node, ast.ImportFrom):
+            for alias in node.names:
+                yield (alias.asname or alias.name), f"{node.module or ''}.{alias.name}"
+
+
+def _chains(tree: ast.AST) -> Iterator[tuple[str, list[str]]]:
+    """Each a.b.c of a tree as ("a", ["b", "c"]), the longest only."""
+    inner: set[int] = set()
+    for node in ast.walk(tree):
+        if id(node) in inner or not isinstance(node, (ast.Name, ast.Attribute)):
+            continue
+        chain: list[str] = []
+        while isinstance(node, ast.Attribute):
+            chain.insert(0, node.attr)
+            node = node.value
+            inner.add(id(node))
+        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load):
+            yield node.id, chain
+
+
+def _names(thing: Any, chain: list[str]) -> Iterator[str]:
+    """The name of what a chain of attributes reaches: as it was written, or where it was defined."""
+    if isinstance(thing, ModuleType):
+        while chain and isinstance(getattr(thing, chain[0], None), ModuleType):
+            thing, chain = getattr(thing, chain[0]), chain[1:]
+        yield ".".join([thing.__name__, *chain])
+    elif callable(thing) and getattr(thing, "__module__", None) not in (None, "__main__", "builtins"):
+        yield ".".join([thing.__module__, getattr(thing, "__qualname__", type(thing).__name__), *chain])
