@@ -1,0 +1,77 @@
+"""Colours of the course: classes that colour-blind people can tell apart, and maps that are even to the eye.
+
+References
+----------
+Okabe and Ito, Color Universal Design, 2008 (the classes).
+Smith and van der Walt, A better default colormap for Matplotlib, SciPy 2015 (viridis, the map of magnitudes).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+COLOURS: dict[str, str] = {
+    "inlier": "#0072B2",
+    "outlier": "#D55E00",
+    "source": "#E69F00",
+    "target": "#0072B2",
+    "truth": "#000000",
+    "estimate": "#CC79A7",
+    "ours": "#009E73",
+    "reference": "#56B4E9",
+    "surface": "#B8C4CE",
+    "no data": "#E3B7CF",
+}
+"""What a class looks like in every picture of the course."""
+
+COLOUR_WORDS: dict[str, str] = {
+    "inlier": "blue",
+    "outlier": "vermilion",
+    "source": "orange",
+    "target": "blue",
+    "truth": "black",
+    "estimate": "pink",
+    "ours": "green",
+    "reference": "sky blue",
+    "surface": "grey",
+    "no data": "pale pink",
+}
+"""The same colours in words, for the text description of a picture."""
+
+CYCLE: tuple[tuple[str, str], ...] = (
+    ("#0072B2", "blue"),
+    ("#E69F00", "orange"),
+    ("#009E73", "green"),
+    ("#CC79A7", "pink"),
+    ("#56B4E9", "sky blue"),
+    ("#D55E00", "vermilion"),
+    ("#000000", "black"),
+)
+"""What things without a class of their own take, in this order; also the colour cycle of plots (see `show.style`)."""
+
+MAGNITUDES = "viridis"
+"""The map of depths, heights and errors: dark blue is small, yellow is large."""
+
+SIGNED = "RdBu_r"
+"""The map of signed errors: blue is negative, white is zero, red is positive."""
+
+
+def rgb(colour: str) -> tuple[int, int, int]:
+    """Read a class of COLOURS or a "#rrggbb" as three numbers 0..255."""
+    code = COLOURS.get(colour, colour)
+    if len(code) != 7 or not code.startswith("#"):
+        raise ValueError(f"{colour!r} is no colour of the course: use one of {', '.join(COLOURS)} or '#rrggbb'.")
+    return int(code[1:3], 16), int(code[3:5], 16), int(code[5:7], 16)
+
+
+def colour_map(name: str, values: np.ndarray, limits: tuple[float, float]) -> np.ndarray:
+    """Colour (...) numbers with a Matplotlib map: (..., 3) uint8; NaN becomes the colour of "no data"."""
+    from matplotlib import colormaps
+
+    low, high = limits
+    values = np.asarray(values, dtype=np.float64)
+    share = (values - low) / (high - low if high > low else 1.0)
+    measured = np.isfinite(share)
+    colours = colormaps[name](np.clip(np.where(measured, share, 0.0), 0.0, 1.0), bytes=True)[..., :3]
+    colours[~measured] = rgb("no data")
+    return colours

@@ -1,0 +1,181 @@
+"""A picture of a notebook: a small palette PNG that can be described without being seen."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+AIM_BYTES = 80_000
+MOST_BYTES = 120_000
+WIDTH = 1400
+"""Pixels of a full-width picture: twice the 700 px at which a notebook shows it, so that it stays sharp."""
+SMALLEST_WIDTH = 700
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A finished picture: what a cell shows, and what it says to someone who cannot see it.
+
+    Attributes
+    ----------
+    png : the file's bytes: palette PNG on white.
+    alt : what is to be seen, with its numbers; also the cell's plain text.
+    width : how wide a notebook shows it, in CSS pixels.
+    """
+
+    png: bytes
+    alt: str
+    width: int = 700
+
+    def __repr__(self) -> str:
+        return self.alt
+
+    def _repr_mimebundle_(self, include=None, exclude=None) -> tuple[dict, dict]:
+        return (
+            {"image/png": self.png, "text/plain": self.alt},
+            {"image/png": {"alt": self.alt, "width": self.width}},
+        )
+
+    @property
+    def pixels(self) -> np.ndarray:
+        """(H, W, 3) uint8."""
+        from PIL import Image
+
+        return np.asarray(Image.open(io.BytesIO(self.png)).convert("RGB"))
+
+    def save(self, path: str | Path) -> Path:
+        """Write the PNG file."""
+        path = Path(path)
+        path.write_bytes(self.png)
+        return path
+
+
+def picture_of(pixels: np.ndarray, alt: str) -> Picture:
+    """Make a Picture of (H, W, 3) uint8 pixels: margins cut, few colours, small file.
+
+    Raises
+    ------
+    ValueError
+        If nothing but background is in it, or the text has no number.
+    """
+    check_alt(alt)
+    pixels = _cut_margins(np.ascontiguousarray(pixels[..., :3], dtype=np.uint8))
+    width = min(700, max(200, pixels.shape[1] // 2))
+    return Picture(_encode(pixels), alt, width)
+
+
+def check_alt(alt: str) -> None:
+    """Refuse a description without a number in it."""
+    if not isinstance(alt, str) or not any(letter.isdigit() for letter in alt):
+        raise ValueError(
+            f"The alt text {alt!r} has no number: say a number in it that was computed, as in f'Error up to {{worst:.0f}} mm'."
+        )
+
+
+def picture(fig: Figure, alt: str, dpi: int = 200) -> Picture:
+    """Turn a Matplotlib figure into a Picture and close the figure.
+
+    Parameters
+    ----------
+    fig : a figure in which every axes holds data.
+    alt : what to see, for someone who cannot see it, with at least one computed number.
+    dpi : dots per inch; 200 makes a 7 inch figure 1400 px, twice the width at which a notebook shows it.
+
+    Raises
+    ------
+    ValueError
+        If an axes is empty, or the alt text has no number.
+    """
+    from matplotlib import pyplot
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    try:
+        check_alt(alt)
+        _check_axes(fig)
+        fig.set_dpi(dpi)
+        canvas = FigureCanvasAgg(fig)
+        canvas.draw()
+        return picture_of(np.asarray(canvas.buffer_rgba())[..., :3], alt)
+    finally:
+        pyplot.close(fig)
+
+
+def _check_axes(fig: Figure) -> None:
+    if not fig.axes:
+        raise ValueError("This figure has no axes: plot something into it before calling picture(fig, alt).")
+    for number, axes in enumerate(fig.axes, start=1):
+        if not _holds_data(axes):
+            name = axes.get_title() or axes.get_ylabel() or f"number {number}"
+            raise ValueError(f"The axes {name!r} of this figure is empty: plot its data, or remove it with axes.remove().")
+
+
+def _holds_data(axes) -> bool:
+    """Say whether a finite point, a bar, an image or a patch is in an axes."""
+    lines = [np.asarray(line.get_ydata(orig=False), dtype=float) for line in axes.lines]
+    if any(np.isfinite(ydata).any() for ydata in lines) or axes.images or axes.patches or axes.tables:
+        return True
+    for collection in axes.collections:
+        offsets = np.ma.filled(np.ma.asarray(collection.get_offsets(), dtype=float), np.nan)
+        paths = collection.get_paths() or []
+        mesh = collection.get_array() is not None and not len(paths)
+        if mesh or (np.isfinite(offsets).all(axis=-1).any() and len(offsets) and any(len(p.vertices) for p in paths)):
+            return True
+    return False
+
+
+def _cut_margins(pixels: np.ndarray, margin: int = 12) -> np.ndarray:
+    """Cut away rows and columns of pure white around the content."""
+    ink = (pixels < 250).any(axis=-1)
+    if not ink.any():
+        raise ValueError("This picture is blank: nothing was drawn on its white background, so check what you show.")
+    rows, columns = np.flatnonzero(ink.any(axis=1)), np.flatnonzero(ink.any(axis=0))
+    top, bottom = max(rows[0] - margin, 0), rows[-1] + margin + 1
+    left, right = max(columns[0] - margin, 0), columns[-1] + margin + 1
+    return pixels[top:bottom, left:right]
+
+
+def _encode(pixels: np.ndarray) -> bytes:
+    """Choose colours and size so that the file stays small: fewer colours first, then fewer pixels."""
+    png = b""
+    scale = 1.0
+    while True:
+        resized = _resize(pixels, scale)
+        for colours in (256, 128, 64):
+            png = _palette_png(resized, colours)
+            if len(png) <= (AIM_BYTES if colours == 256 else MOST_BYTES):
+                return png
+        scale *= 0.85
+        if pixels.shape[1] * scale < SMALLEST_WIDTH:
+            return png
+
+
+def _resize(pixels: np.ndarray, scale: float) -> np.ndarray:
+    if scale == 1.0:
+        return pixels
+    import cv2
+
+    size = (round(pixels.shape[1] * scale), round(pixels.shape[0] * scale))
+    return cv2.resize(pixels, size, interpolation=cv2.INTER_AREA)
+
+
+def _palette_png(pixels: np.ndarray, colours: int) -> bytes:
+    from PIL import Image
+
+    image = Image.fromarray(pixels)
+    if len(image.getcolors(1 << 24) or []) > colours:
+        image = image.quantize(colours - 1, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+        palette = np.array(image.getpalette(), dtype=np.uint8).reshape(-1, 3)
+        palette[palette.min(axis=1) >= 250] = 255  # the background stays pure white
+        image.putpalette(palette.ravel().tolist())
+    else:
+        image = image.quantize(colours, dither=Image.Dither.NONE)
+    buffer = io.BytesIO()
+    image.save(buffer, format="PNG", optimize=True)
+    return buffer.getvalue()
