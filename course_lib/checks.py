@@ -1,0 +1,133 @@
+"""Argument checks that the topic modules share: each returns clean arrays or raises one ValueError sentence."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+# A depth image is inspected on at most about this many pixels when asked whether it looks like millimetres: the check
+# then costs microseconds, and a wrong unit shows on every pixel.
+SAMPLE_PIXELS = 4096
+
+
+def nearest_name(name: str, names: Iterable[str]) -> str:
+    """Return the end of a sentence that suggests the known name nearest to `name`, or lists all of them.
+
+    Examples
+    --------
+    >>> nearest_name("primsense", ["primesense", "d455_depth_848x480"])
+    "did you mean 'primesense'?"
+    >>> nearest_name("x", ["tum", "sun"])
+    'known are: sun, tum.'
+    """
+    known = sorted(names)
+    close = difflib.get_close_matches(str(name).lower(), known, n=1, cutoff=0.5)
+    return f"did you mean {close[0]!r}?" if close else f"known are: {', '.join(known)}."
+
+
+def numbers(values: ArrayLike, what: str) -> NDArray:
+    """Return `values` as an array of real numbers; refuse text, objects, complex numbers and ragged lists."""
+    try:
+        array = np.asarray(values)
+    except ValueError as error:
+        raise ValueError(f"{what}: the rows have different lengths; give an array of one shape.") from error
+    if array.dtype.kind not in "fiu":
+        raise ValueError(f"{what}: expected real numbers, got {array.dtype} values; give a numeric array.")
+    return array
+
+
+def vector(values: ArrayLike, size: int, what: str) -> NDArray[np.float64]:
+    """Return `values` as a finite float64 vector of `size` numbers."""
+    array = numbers(values, what)
+    if array.shape != (size,):
+        raise ValueError(f"{what}: expected {size} numbers, got an array of shape {array.shape}.")
+    array = array.astype(np.float64)
+    if not np.isfinite(array).all():
+        raise ValueError(f"{what}: {array.tolist()} is not finite; give {size} finite numbers.")
+    return array
+
+
+def number(value: float, what: str) -> float:
+    """Return `value` as one finite float."""
+    array = numbers(value, what)
+    if array.ndim != 0 or not np.isfinite(array):
+        raise ValueError(f"{what}: expected one finite number, got {value!r}.")
+    return float(array)
+
+
+def last_axis(values: ArrayLike, size: int, what: str) -> NDArray:
+    """Return `values` as floats of shape (..., size): float32 stays float32, everything else becomes float64."""
+    array = numbers(values, what)
+    if array.ndim == 0 or array.shape[-1] != size:
+        raise ValueError(f"{what}: the last axis must have {size} entries, got an array of shape {array.shape}.")
+    return array if array.dtype in (np.float32, np.float64) else array.astype(np.float64)
+
+
+def depth_image(depth: ArrayLike, what: str = "depth") -> NDArray:
+    """Return `depth` if it can be a depth image in metres: (H, W) floating point, nowhere negative, not millimetres.
+
+    Parameters
+    ----------
+    depth : (H, W) float, metres along the optical axis; 0, NaN or infinite where nothing was measured.
+    what : what the sentence calls it.
+
+    Returns
+    -------
+    (H, W) float; the same array, not a copy.
+
+    Raises
+    ------
+    ValueError
+        If it is 8-bit, integer, not two-dimensional, empty, negative somewhere, or looks like millimetres.
+    """
+    array = numbers(depth, what)
+    if array.dtype.itemsize == 1:
+        raise ValueError(
+            f"{what}: 8-bit values hold only 256 steps and are a picture of depth, not depth; "
+            "read the 16-bit file unchanged (cv2.IMREAD_UNCHANGED)."
+        )
+    if array.dtype.kind != "f":
+        raise ValueError(
+            f"{what}: {array.dtype} values are raw device units, not metres; decode them first with rgbd.decode_depth."
+        )
+    if array.ndim != 2 or array.size == 0:
+        raise ValueError(f"{what}: expected an image of shape (H, W), got {array.shape}.")
+    lowest = np.fmin.reduce(array, axis=None)
+    if lowest < 0 and lowest != -np.inf:
+        raise ValueError(f"{what}: {lowest:.6g} is negative; depth is 0 where nothing was measured, else positive metres.")
+    step = max(1, int(np.sqrt(array.size / SAMPLE_PIXELS)))
+    sample = array[step // 2 :: step, step // 2 :: step]
+    sample = sample[(sample > 0) & (sample < np.inf)]
+    if sample.size:
+        middle = float(np.median(sample))
+        whole = bool((sample == np.rint(sample)).all())
+        if middle > 5000 or (middle > 100 and whole):
+            raise ValueError(
+                f"{what}: a median of {middle:.6g} looks like millimetres or raw units, not metres; "
+                "decode it with rgbd.decode_depth, or divide by the units per metre."
+            )
+    return array
+
+
+def cloud_points(points: ArrayLike, what: str = "points") -> NDArray:
+    """Return `points` as (N, 3) floats with N ≥ 1: float32 stays float32, everything else becomes float64."""
+    array = last_axis(points, 3, what)
+    if array.ndim != 2:
+        raise ValueError(f"{what}: expected shape (N, 3), got {array.shape}; reshape to rows of x, y, z.")
+    if len(array) == 0:
+        raise ValueError(f"{what}: there are none; an empty cloud is refused so that nothing is lost silently.")
+    return array
+
+
+def colors_uint8(colors: ArrayLike, shape: tuple[int, ...], what: str = "colors") -> NDArray[np.uint8]:
+    """Return RGB `colors` of exactly `shape` as uint8; refuse other types (0–1 floats are named as such)."""
+    array = numbers(colors, what)
+    if array.dtype != np.uint8:
+        hint = "multiply by 255, round and convert" if array.dtype.kind == "f" else "convert with astype(numpy.uint8)"
+        raise ValueError(f"{what}: expected uint8 from 0 to 255, got {array.dtype}; {hint}.")
+    if array.shape != shape:
+        raise ValueError(f"{what}: expected shape {shape}, got {array.shape}; one RGB triple is needed for each entry.")
+    return array
