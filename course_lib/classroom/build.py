@@ -12,6 +12,7 @@ from pathlib import Path
 from nbformat import NotebookNode
 
 from . import notebooks as nbs
+from .gates import findings
 from .kernels import CellFailed, execute
 from .outputs import keep_unchanged
 from .tree import CourseError, Source, Tree
@@ -107,9 +108,10 @@ def _keep_missing(nb: NotebookNode, old: NotebookNode | None, missing: set[str],
 
 def _explain(failure: CellFailed, nb: NotebookNode, source: Source, tree: Tree) -> CourseError:
     cell = nb.cells[failure.cell]
-    place = f"{tree.relative(source.path)}:{nbs.line_of_cell(source.path, cell)}"
-    text = "\n".join(f"    {line}" for line in cell.source.splitlines()[:12])
-    return CourseError(f"{place}: {failure}\n{text}\nThe notebook was left as it was.")
+    place = f"{tree.relative(source.path)}:{nbs.line_of_cell(source.path, cell) + failure.line - 1}"
+    lines = list(enumerate(cell.source.splitlines(), start=1))[max(failure.line - 4, 0) : failure.line + 2]
+    text = "\n".join(f"  {'>' if number == failure.line else ' '} {line}" for number, line in lines)
+    return CourseError(f"{place}: {failure}\n{text}\n  The notebook was left as it was.")
 
 
 def build(source: Source, tree: Tree, say: Callable[[str], None] = lambda line: None) -> list[Path]:
@@ -212,8 +214,13 @@ def orphans(tree: Tree) -> list[str]:
 
 
 def build_all(names: Iterable[str], kind: str | None, tree: Tree, say: Callable[[str], None]) -> int:
-    """Build what is named, one after the other; a failure is told and the others go on. Returns the exit code."""
-    failed = 0
+    """Build what is named, one after the other, and print what the gates find; the others go on after a failure.
+
+    Returns
+    -------
+    The exit code: 1 if a cell failed or a gate found something.
+    """
+    failed = found = 0
     for source in [source for source in tree.find(names) if kind in (None, source.kind)]:
         started = time.perf_counter()
         say(tree.relative(source.path))
@@ -225,7 +232,12 @@ def build_all(names: Iterable[str], kind: str | None, tree: Tree, say: Callable[
             continue
         what = ", ".join(tree.relative(path) for path in changed) or "nothing changed"
         say(f"  {what} ({time.perf_counter() - started:.0f} s)")
-    return 1 if failed else 0
+        for line in [line for path in source.notebooks for line in findings(path, tree)]:
+            say(f"  ! {line}")
+            found += 1
+    if failed or found:
+        say(f"{failed} sources failed, {found} findings")
+    return 1 if failed or found else 0
 
 
 def check_all(names: Iterable[str], kind: str | None, tree: Tree, say: Callable[[str], None]) -> int:

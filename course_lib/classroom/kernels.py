@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import os
+import re
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
@@ -27,11 +28,12 @@ START_SECONDS = 120
 
 
 class CellFailed(CourseError):
-    """A cell raised, hung, or took its kernel with it; `cell` is its place in the notebook."""
+    """A cell raised, hung, or took its kernel with it: `cell` is its place in the notebook, `line` counts from 1."""
 
-    def __init__(self, cell: int, message: str) -> None:
+    def __init__(self, cell: int, message: str, line: int = 1) -> None:
         super().__init__(message)
         self.cell = cell
+        self.line = line
 
 
 class _ThisEnvironment(KernelSpecManager):
@@ -74,6 +76,13 @@ def _workplace() -> Iterator[Path]:
         for part in ("run", "ipython"):
             (Path(name) / part).mkdir()
         yield Path(name)
+
+
+def _line_in_cell(traceback: str) -> int:
+    """The line of the failing cell itself that IPython's traceback names, counted from 1."""
+    plain = re.sub(r"\x1b\[[0-9;]*m", "", traceback)
+    match = re.search(r"Cell In\[\d+\], line (\d+)", plain) or re.search(r"^-+> (\d+) ", plain, re.M)
+    return int(match[1]) if match else 1
 
 
 def execute(
@@ -127,7 +136,8 @@ def execute(
         try:
             client.execute(env=environment, stdout=said, stderr=said, cleanup_kc=True)
         except CellExecutionError as error:
-            raise CellFailed(running["cell"], f"{error.ename}: {error.evalue}".strip()[:600]) from error
+            message = f"{error.ename}: {error.evalue}".strip()[:600]
+            raise CellFailed(running["cell"], message, _line_in_cell(error.traceback)) from error
         except CellTimeoutError as error:
             raise CellFailed(running["cell"], f"the cell took longer than {cell_seconds:g} s.") from error
         except DeadKernelError as error:

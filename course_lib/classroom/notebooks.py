@@ -40,7 +40,9 @@ LANGUAGE = {
     "nbconvert_exporter": "python",
     "pygments_lexer": "ipython3",
 }
-_TASK = re.compile(r"^##\s+Task\s+(?P<number>\d+)\s*[—–:-]\s*(?P<title>.+?)\s*\((?P<points>\d+)\s+points?\)\s*$", re.M)
+_TASK = re.compile(
+    r"^##\s+Task\s+(?P<number>\d+)\s*[—–:-]\s*(?P<title>.+?)\s*\((?P<points>\d+)\s+points?(?:,[^)\n]*)?\)\s*$", re.M
+)
 _REAL = re.compile(r"\A\s*#\s*real data:\s*(?P<names>.+)$", re.M)
 _HEADER = re.compile(r"\A# ---\n(?:#.*\n)*?# ---\n")  # jupytext's YAML: the notebook's metadata are ours
 _LOADED = re.compile(r"\bdata\.(?:load|describe)\(\s*[\"'](?P<name>[A-Za-z0-9_]+)[\"']")

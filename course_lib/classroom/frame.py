@@ -1,0 +1,262 @@
+"""The frame of a lesson and of a lab: which parts, in which order, how many of each, and how many minutes."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass, field
+
+from nbformat import NotebookNode
+
+from . import notebooks as nbs
+
+__all__ = ["Part", "lab_frame", "lab_minutes", "lesson_frame", "lesson_minutes", "parts_of"]
+
+WORDS_A_MINUTE = 150
+LESSON_MINUTES, LAB_MINUTES = 45, 60
+MOST_CODE_CELLS, MOST_SECTIONS, MOST_TERMS, MOST_KEY_POINTS = 25, 5, 3, 5
+START_CODE_CELLS, START_TERMS = 8, 6  # lesson 00
+TASK_MINUTES, SOLUTION_LINE_MINUTES = 3.0, 0.5  # to understand a task and run its check; to write one line of it
+FEWEST_TASKS, MOST_TASKS, FEWEST_HINTS = 4, 6, 2
+
+CORE = ("Report against reality", "Break it", "On real data", "Key points", "Your own camera", "To the lab")
+END = "To the lab"
+AFTER = "Going further"
+
+_FENCE = re.compile(r"```.*?```", re.S)
+_CONCEPT = re.compile(r"<summary>(?:(?!</summary>).)*\b(?:answer|vote)\b", re.I | re.S)
+_HINT = re.compile(r"<summary>\s*Hint\s+(\d+)\s*:\s*(\w+)", re.I)
+
+
+@dataclass
+class Part:
+    """What stands under one heading of the second level; the part before the first has the title's heading."""
+
+    heading: str
+    prose: str = ""
+    code: list[NotebookNode] = field(default_factory=list)
+
+    @property
+    def number(self) -> int | None:
+        """The number of a section, "## 2 Depth is z"; None for the parts of the frame."""
+        match = re.match(r"(\d+)\s", self.heading)
+        return int(match[1]) if match else None
+
+    @property
+    def figures(self) -> int:
+        """Pictures that are stored or linked here."""
+        stored = sum(any(kind.startswith("image/") for kind in o.get("data", {})) for c in self.code for o in c.outputs)
+        return stored + len(re.findall(r"!\[[^\]]*\]\(|<img\b", _FENCE.sub("", self.prose)))
+
+
+def parts_of(nb: NotebookNode) -> list[Part]:
+    """Cut a notebook at its headings of the first and second level."""
+    parts = [Part("")]
+    for cell in nb.cells:
+        if cell.cell_type == "code":
+            parts[-1].code.append(cell)
+        if cell.cell_type != "markdown":
+            continue
+        fenced = False
+        for line in cell.source.splitlines():
+            fenced ^= line.lstrip().startswith("```")
+            heading = None if fenced else re.match(r"(#{1,2})\s+(.+?)\s*$", line)
+            if heading and (heading[1] == "##" or not parts[-1].heading):
+                parts.append(Part(heading[2] if heading[1] == "##" else f"# {heading[2]}"))
+            else:
+                parts[-1].prose += line + "\n"
+        parts[-1].prose += "\n"
+    return parts if parts[0].prose.strip() or parts[0].code else parts[1:]
+
+
+def _words(markdown: str) -> int:
+    """How many words a person reads: no addresses, no tags; a formula counts as one word for each of its parts."""
+    text = re.sub(r"<!--.*?-->|<[^>]+>", " ", markdown, flags=re.S)
+    text = re.sub(r"\]\([^)]*\)", "]", text)
+    return len(re.findall(r"[^\W_][\w.,'’²³-]*", text))
+
+
+def _reading_minutes(parts: list[Part]) -> float:
+    cells = [cell for part in parts for cell in part.code if "hide-input" not in nbs.cell_tags(cell)]
+    words = sum(_words(part.heading) + _words(part.prose) for part in parts)
+    return words / WORDS_A_MINUTE + len(cells) + sum(part.figures for part in parts)
+
+
+def _core(parts: list[Part]) -> list[Part]:
+    """The parts from the title to "To the lab", that one included."""
+    names = [part.heading for part in parts]
+    return parts[: names.index(END) + 1] if END in names else parts
+
+
+def lesson_minutes(nb: NotebookNode) -> float:
+    """Minutes for the core of a lesson: 150 words a minute, 1 minute a code cell that is shown, 1 a figure."""
+    return _reading_minutes(_core(parts_of(nb)))
+
+
+def _solution_lines(source: str) -> int:
+    """Lines of code that a learner writes in a task's cell."""
+    blocks = re.findall(r"# BEGIN SOLUTION\n(.*?)(?=# INSTEAD|# END SOLUTION)", source, flags=re.S)
+    lines = [line.strip() for block in blocks for line in block.splitlines()]
+    return sum(bool(line) and not line.startswith("#") for line in lines)
+
+
+def lab_minutes(solution: NotebookNode) -> float:
+    """Minutes for a lab, from its solution: reading as in a lesson, 3 minutes a task, half a minute a line of it."""
+    parts = _core(parts_of(solution))
+    tasks = [cell for part in parts for cell in part.code if "task" in nbs.cell_tags(cell)]
+    writing = sum(TASK_MINUTES + SOLUTION_LINE_MINUTES * _solution_lines(cell.source) for cell in tasks)
+    checks = sum("check" in nbs.cell_tags(cell) for part in parts for cell in part.code)
+    return _reading_minutes(parts) + writing - len(tasks) - checks  # those cells are in the 3 minutes already
+
+
+def _terms(prose: str) -> list[str]:
+    """The terms that a text defines: what stands in bold and is no sentence, folded answers left aside."""
+    text = re.sub(r"<details.*?</details>", "", _FENCE.sub("", prose), flags=re.S)
+    found = [term.strip() for term in re.findall(r"\*\*([^*\n]+(?:\n[^*\n]+)?)\*\*", text)]
+    return list(dict.fromkeys(term.lower() for term in found if len(term.split()) <= 5 and term[-1] not in ".?!:"))
+
+
+def _key_points(prose: str) -> int:
+    before = re.split(r"words to know", prose, maxsplit=1, flags=re.I)[0]
+    return len(re.findall(r"^(?:[-*+]|\d+[.)])\s", before, flags=re.M))
+
+
+def _title(parts: list[Part], wanted: str) -> list[str]:
+    first = parts[0].heading if parts else ""
+    return [] if re.fullmatch(rf"# {wanted}\s+\S.*", first) else [f"it must start with the heading `# {wanted} Title`"]
+
+
+def _order(parts: list[Part]) -> list[str]:
+    """Which headings of the frame are missing, out of order, or unknown."""
+    names = [part.heading for part in parts[1:]]
+    sections = [part.number for part in parts if part.number is not None]
+    wanted = ["Card", "sections", *CORE, AFTER]
+    present = ["sections" if part.number is not None else part.heading for part in parts[1:]]
+    present = [name for n, name in enumerate(present) if n == 0 or name != "sections" or present[n - 1] != "sections"]
+    found = [f"the part `## {name}` is missing" for name in wanted if name not in present]
+    found += [f"`## {name}` is no part of a lesson's frame" for name in dict.fromkeys(present) if name not in wanted]
+    known = [name for name in present if name in wanted]
+    if known != sorted(known, key=wanted.index) or len(set(known)) != len(known):
+        found.append(f"its parts are out of order: {', '.join(names)}")
+    if sections != list(range(1, len(sections) + 1)):
+        found.append(f"its sections are numbered {sections}")
+    return found
+
+
+def _start_frame(parts: list[Part], core: list[Part]) -> list[str]:
+    """Lesson 00 has fewer parts and tighter limits."""
+    names = [part.heading for part in parts]
+    present = ["sections" if part.number is not None else part.heading for part in parts]
+    places = [present.index(name) for name in ("Card", "sections", "Key points", END) if name in present]
+    missing = [name for name in ("Card", "sections", "Key points", END) if name not in present]
+    found = [f"the part `## {name}` is missing" for name in missing]
+    if places != sorted(places):
+        found.append(f"its parts are out of order: {', '.join(names[1:])}")
+    cells = sum(len(part.code) for part in core)
+    if cells > START_CODE_CELLS:
+        found.append(f"{cells} code cells, more than {START_CODE_CELLS}")
+    terms = list(dict.fromkeys(term for part in core if part.number is not None for term in _terms(part.prose)))
+    if len(terms) > START_TERMS:
+        found.append(f"{len(terms)} new words, more than {START_TERMS}: {', '.join(terms)}")
+    return found
+
+
+def _content(parts: list[Part], core: list[Part]) -> list[str]:
+    """What every full lesson asks of its reader, and its limits."""
+    found = []
+    cells = [cell for part in core for cell in part.code]
+    if len(cells) > MOST_CODE_CELLS:
+        found.append(f"{len(cells)} code cells in the core, more than {MOST_CODE_CELLS}")
+    numbered = [part for part in core if part.number is not None]
+    if len(numbered) > MOST_SECTIONS:
+        found.append(f"{len(numbered)} sections, more than {MOST_SECTIONS}")
+    for part in numbered:
+        terms = _terms(part.prose)
+        if len(terms) > MOST_TERMS:
+            which = ", ".join(terms)
+            found.append(f"section {part.number} has {len(terms)} new terms, more than {MOST_TERMS}: {which}")
+    asking = [cell for cell in cells if re.search(r"\bpredict\(", cell.source)]
+    if not asking:
+        found.append("no predict(...) prompt in the core")
+    if any("prediction" not in nbs.cell_tags(cell) for cell in asking):
+        found.append("a predict(...) cell is not tagged prediction")
+    after_card = [part for part in core[1:] if part.heading != "Card"]
+    if not any(_CONCEPT.search(part.prose) for part in after_card):
+        found.append("no concept question (choices, and a folded answer whose summary says Vote or Answer)")
+    if not any(re.search(r"\breport(?:_table)?\(", cell.source) for part in numbered for cell in part.code):
+        found.append("no report(...) number in its sections")
+    return found
+
+
+def lesson_frame(nb: NotebookNode, name: str) -> list[str]:
+    """What a lesson lacks or has too much of, one line each.
+
+    Parameters
+    ----------
+    nb : the executed lesson.
+    name : its name, for example 03_depth_to_points; 00 has its own, shorter frame.
+    """
+    parts = parts_of(nb)
+    core = _core(parts)
+    found = _title(parts, name[:2])
+    if not parts[0].figures:
+        found.append("no picture between its title and its card")
+    found += _start_frame(parts, core) if name[:2] == "00" else _order(parts) + _content(parts, core)
+    found += [
+        f"{points} key points, more than {MOST_KEY_POINTS}"
+        for part in core
+        if part.heading == "Key points" and (points := _key_points(part.prose)) > MOST_KEY_POINTS
+    ]
+    minutes = lesson_minutes(nb)
+    if minutes > LESSON_MINUTES:
+        found.append(f"{math.ceil(minutes)} minutes for the core, more than {LESSON_MINUTES}")
+    return found
+
+
+def _task_findings(part: Part, number: int, lab: str, exercise: bool) -> list[str]:
+    heading = nbs.task_heading(f"## {part.heading}")
+    if heading is None:
+        return [f"`## {part.heading}` must read `## Task N — title (P points)`"]
+    found = []
+    if heading.number != number:
+        found.append(f"task {heading.number} stands where task {number} belongs")
+    task = [cell for cell in part.code if "task" in nbs.cell_tags(cell)]
+    checks = [n for n, cell in enumerate(part.code) if "check" in nbs.cell_tags(cell)]
+    if len(task) != 1:
+        found.append(f"task {heading.number} has {len(task)} cells tagged task, not one")
+    if len(checks) != 1:
+        found.append(f"task {heading.number} has {len(checks)} cells tagged check, not one")
+    elif f'check("{lab}-{heading.number}"' not in part.code[checks[0]].source:
+        found.append(f'the check of task {heading.number} must call check("{lab}-{heading.number}", …)')
+    elif task and part.code.index(task[0]) > checks[0]:
+        found.append(f"the check of task {heading.number} stands before its cell")
+    hints = [int(hint) for hint, _ in _HINT.findall(part.prose)]
+    if len(hints) < FEWEST_HINTS:
+        found.append(f"task {heading.number} has {len(hints)} hints, fewer than {FEWEST_HINTS}")
+    if hints != list(range(1, len(hints) + 1)):
+        found.append(f"the hints of task {heading.number} are numbered {hints}")
+    for cell in task if exercise else ():
+        if f'NotImplementedError("Task {heading.number}:' not in cell.source:
+            found.append(f"the stub of task {heading.number} does not raise its NotImplementedError")
+        if re.search(r"#\s*(?:BEGIN SOLUTION|END SOLUTION|INSTEAD)\b|#\|", cell.source):
+            found.append(f"the stub of task {heading.number} still holds markers of its solution")
+    return found
+
+
+def lab_frame(nb: NotebookNode, name: str, exercise: bool) -> list[str]:
+    """What a lab's solution or exercise lacks or has too much of, one line each."""
+    parts = parts_of(nb)
+    lab = name[:2]
+    found = _title(parts, f"Lab {lab}")
+    tasks = [part for part in parts if re.match(r"Task\b", part.heading)]
+    if lab != "00" and not FEWEST_TASKS <= len(tasks) <= MOST_TASKS:
+        found.append(f"{len(tasks)} tasks: a lab has {FEWEST_TASKS} to {MOST_TASKS}")
+    for number, part in enumerate(tasks, start=1):
+        found += _task_findings(part, number, lab, exercise)
+    elsewhere = [cell for part in parts if part not in tasks for cell in part.code]
+    stray = [cell for cell in elsewhere if {"task", "check"} & set(nbs.cell_tags(cell))]
+    if stray:
+        found.append(f"{len(stray)} task or check cells stand under no task's heading")
+    if not exercise and (minutes := lab_minutes(nb)) > LAB_MINUTES:
+        found.append(f"{math.ceil(minutes)} minutes, more than {LAB_MINUTES}")
+    return found

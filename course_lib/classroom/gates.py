@@ -1,0 +1,294 @@
+"""What a stored notebook must satisfy: each gate returns findings, one line each, and never executes anything."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from nbformat import NotebookNode
+
+from . import notebooks as nbs
+from .frame import lab_frame, lesson_frame
+from .links import anchors, dead_links, images_without_alt
+from .outputs import decode_png
+from .pictures import what_is_empty
+from .tree import CourseError, Tree
+
+__all__ = ["Checked", "GATES", "findings", "kind_of", "tree_findings"]
+
+MOST_BYTES = 1_200_000
+Kind = Literal["lesson", "solution", "exercise"]
+
+_PATH = re.compile(r"(?<![\w.:/~-])/(?:home|root|work|tmp|Users|mnt|var/folders)/|\b[A-Za-z]:\\+Users\\")
+_TIMING = re.compile(
+    r"\b\d+(?:\.\d+)?\s?(?:ns|µs|μs|us|ms)\b"
+    r"|\b(?:took|elapsed|within|after)\W+\d+(?:\.\d+)?\s?(?:s|sec|seconds?|minutes?)\b"
+    r"|\b(?:Wall time|CPU times)\b|\bper loop\b"
+)
+_CLOCK = re.compile(r"^\s*%{1,2}time(?:it)?\b", re.M)
+_ADDRESS = re.compile(r"\bat 0x[0-9a-fA-F]{6,}")
+_NBVAL = re.compile(r"^\s*#+\s*(?:NBVAL_\w+|PYTEST_VALIDATE_IGNORE_OUTPUT)\s*$", re.M)
+_NUMBER = re.compile(
+    r"(?<![\w.,/^–-])(?P<number>\d{1,3}(?:,\d{3})+(?:\.\d+)?|\d+(?:\.\d+)?)\s?(?:mm|cm|m|km|%|°)(?![\w/²³^])"
+)
+_NOT_PROSE = re.compile(
+    r"```.*?```|`[^`\n]*`|\$\$.*?\$\$|\$[^$\n]+\$|^[ \t]*[|>][^\n]*$|\[[^\]]*\]\([^)]*\)", re.S | re.M
+)
+_EMPTY_WORDS = re.compile(r"\b(?:simply|obviously)\b", re.I)
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A notebook under examination."""
+
+    nb: NotebookNode
+    path: Path
+    kind: Kind
+    tree: Tree
+
+    @property
+    def name(self) -> str:
+        return self.tree.relative(self.path)
+
+    def at(self, number: int, message: str) -> str:
+        """One finding about one cell."""
+        cell = self.nb.cells[number]
+        return f"{self.name}: cell {number} ({cell.get('id', 'no id')}): {message}"
+
+    def code(self) -> Iterator[tuple[int, NotebookNode]]:
+        return ((n, cell) for n, cell in enumerate(self.nb.cells) if cell.cell_type == "code")
+
+    def prose(self) -> Iterator[tuple[int, NotebookNode]]:
+        return ((n, cell) for n, cell in enumerate(self.nb.cells) if cell.cell_type == "markdown")
+
+
+def _texts(cell: NotebookNode) -> Iterator[str]:
+    """Every stored text of a code cell's outputs."""
+    for output in cell.outputs:
+        if output.output_type == "stream":
+            yield output.text
+        elif output.output_type == "error":
+            yield "\n".join([output.ename, output.evalue, *output.traceback])
+        else:
+            texts = (value for key, value in output.data.items() if key.startswith("text/"))
+            yield from (text for text in texts if isinstance(text, str))
+            alts = (about.get("alt") for about in output.metadata.values() if isinstance(about, dict))
+            yield from (alt for alt in alts if isinstance(alt, str))
+
+
+def _allowed(cell: NotebookNode, what: str) -> bool:
+    """Whether a cell says `allow WHAT: reason`, in a comment."""
+    return re.search(rf"(?:#|<!--)\s*allow {re.escape(what)}:\s*\w", cell.source) is not None
+
+
+def pictures(checked: Checked) -> list[str]:
+    """A picture that shows nothing."""
+    found = []
+    for n, cell in checked.code():
+        for output in cell.outputs:
+            for kind in ("image/png", "image/jpeg"):
+                if kind in output.get("data", {}):
+                    try:
+                        lacks = what_is_empty(decode_png(output.data[kind]))
+                    except ValueError as error:
+                        lacks = str(error)
+                    found += [checked.at(n, lacks)] if lacks else []
+    return found
+
+
+def _literals(source: str) -> set[str]:
+    """Every text that stands whole in a cell's code."""
+    try:
+        nodes = ast.walk(ast.parse(re.sub(r"^\s*[%!].*$", "pass", source, flags=re.M)))
+    except SyntaxError:
+        return set(re.findall(r"[\"']([^\"'\n]+)[\"']", source))
+    return {node.value.strip() for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)}
+
+
+def alt_texts(checked: Checked) -> list[str]:
+    """A picture without a description, or with one in which nothing was computed."""
+    found = []
+    for n, cell in checked.code():
+        for output in cell.outputs:
+            for kind in output.get("data", {}):
+                if not kind.startswith("image/"):
+                    continue
+                about = output.metadata.get(kind, {})
+                alt = about.get("alt", "") if isinstance(about, dict) else ""
+                if not alt.strip():
+                    found.append(checked.at(n, "its picture has no alt text: return show(...) or picture(fig, alt)"))
+                elif not re.search(r"\d", alt):
+                    found.append(checked.at(n, f"its alt text has no number: {alt[:60]!r}"))
+                elif alt.strip() in _literals(cell.source):
+                    found.append(checked.at(n, f"its alt text is typed, not computed: {alt[:60]!r}"))
+        html = "\n".join(o.data["text/html"] for o in cell.outputs if "text/html" in o.get("data", {}))
+        found += [checked.at(n, f"its HTML has an image without alt text: {tag}") for tag in images_without_alt(html)]
+    for n, cell in checked.prose():
+        found += [checked.at(n, f"image without alt text: {image}") for image in images_without_alt(cell.source)]
+    return found
+
+
+def noise(checked: Checked) -> list[str]:
+    """Stored output that is not the lesson's: stderr, addresses in memory, timings, widgets."""
+    found = []
+    for n, cell in checked.code():
+        for output in cell.outputs:
+            if output.output_type == "stream" and output.name == "stderr":
+                found.append(checked.at(n, f"stored stderr: {output.text.strip()[:80]!r}"))
+            if any("widget" in kind for kind in output.get("data", {})):
+                found.append(checked.at(n, "a widget is stored, which shows nothing in a saved notebook"))
+        if _CLOCK.search(cell.source):
+            found.append(checked.at(n, "it times itself: cost belongs into `course bench`"))
+        for text in _texts(cell):
+            if match := _ADDRESS.search(text):
+                found.append(checked.at(n, f"a memory address is stored: {match[0]}"))
+            if (match := _TIMING.search(text)) and not _allowed(cell, "timing"):
+                found.append(checked.at(n, f"a timing is stored: {match[0]!r}"))
+    return list(dict.fromkeys(found))
+
+
+def paths(checked: Checked) -> list[str]:
+    """A path of the machine that built it."""
+    own = [str(checked.tree.root.resolve()), str(Path.home())]
+    own = [place for place in own if len(place) > 5]
+    found = []
+    for n, cell in enumerate(checked.nb.cells):
+        texts = [cell.source, *(_texts(cell) if cell.cell_type == "code" else ())]
+        for text in texts:
+            match = _PATH.search(text)
+            place = text[match.start() : match.start() + 40].split()[0] if match else next(
+                (place for place in own if place in text), None
+            )
+            if place:
+                found.append(checked.at(n, f"an absolute path: {place}"))
+                break
+    return found
+
+
+def errors(checked: Checked) -> list[str]:
+    """An error that is not declared, or a declared one that does not come."""
+    found = []
+    for n, cell in checked.code():
+        raised = [output.ename for output in cell.outputs if output.output_type == "error"]
+        declared = "raises-exception" in nbs.cell_tags(cell)
+        if raised and not declared:
+            found.append(checked.at(n, f"it ends in {raised[0]} and is not tagged raises-exception"))
+        if declared and not raised and checked.kind != "exercise":
+            found.append(checked.at(n, "it is tagged raises-exception and raises nothing"))
+    return found
+
+
+def size(checked: Checked) -> list[str]:
+    """Too big a file."""
+    stored = checked.path.stat().st_size
+    return [f"{checked.name}: {stored / 1e6:.2f} MB, more than 1.2 MB"] if stored > MOST_BYTES else []
+
+
+def executed(checked: Checked) -> list[str]:
+    """A cell that nbval would pass over: never run, or told not to be compared."""
+    found = []
+    for n, cell in checked.code():
+        if checked.kind != "exercise" and cell.execution_count is None:
+            found.append(checked.at(n, "it was never executed"))
+        if checked.kind == "exercise" and cell.outputs and "expected" not in nbs.cell_tags(cell):
+            found.append(checked.at(n, "an exercise keeps outputs only in cells tagged expected"))
+        hidden = [tag for tag in nbs.cell_tags(cell) if tag.startswith("nbval")]
+        if _NBVAL.search(cell.source) or hidden:
+            found.append(checked.at(n, "it tells nbval not to compare it"))
+    return found
+
+
+def real_data(checked: Checked) -> list[str]:
+    """The tag real-data without the line that names the datasets, or the line without the tag."""
+    found = []
+    for n, cell in checked.code():
+        names, tagged = nbs.real_datasets(cell.source), "real-data" in nbs.cell_tags(cell)
+        if tagged and not names:
+            found.append(checked.at(n, "it is tagged real-data: its first line must be `# real data: NAME`"))
+        if names and not tagged:
+            found.append(checked.at(n, f"it needs {', '.join(names)}: tag it real-data"))
+    return found
+
+
+def links(checked: Checked) -> list[str]:
+    """A link or an image that leads nowhere."""
+    own = anchors("\n\n".join(cell.source for _, cell in checked.prose()))
+    return [
+        checked.at(n, f"dead link: {to}")
+        for n, cell in checked.prose()
+        for to in dead_links(cell.source, checked.path.parent, own)
+    ]
+
+
+def typed_numbers(checked: Checked) -> list[str]:
+    """A measured number typed into a lesson's prose: three digits or more and a unit, outside tables and formulas."""
+    if checked.kind != "lesson":
+        return []
+    found = []
+    for n, cell in checked.prose():
+        if _allowed(cell, "typed number"):
+            continue
+        for match in _NUMBER.finditer(_NOT_PROSE.sub(" ", cell.source)):
+            digits = match["number"].replace(",", "")
+            digits = digits.replace(".", "").lstrip("0") if "." in digits else digits.strip("0")
+            if len(digits) >= 3:
+                found.append(checked.at(n, f"a result typed into prose: {match[0]!r} (print it, or give its source)"))
+    return found
+
+
+def words(checked: Checked) -> list[str]:
+    """Words that tell a reader who is stuck that it was easy."""
+    return [
+        checked.at(n, f"the word {match[0]!r}")
+        for n, cell in checked.prose()
+        for match in _EMPTY_WORDS.finditer(_NOT_PROSE.sub(" ", cell.source))
+    ]
+
+
+def frame(checked: Checked) -> list[str]:
+    """A lesson or lab over its minutes, or without a part of its frame."""
+    if checked.kind == "lesson":
+        return [f"{checked.name}: {line}" for line in lesson_frame(checked.nb, checked.path.stem)]
+    return [f"{checked.name}: {line}" for line in lab_frame(checked.nb, checked.path.stem, checked.kind == "exercise")]
+
+
+GATES: tuple[Callable[[Checked], list[str]], ...] = (
+    pictures,
+    alt_texts,
+    noise,
+    paths,
+    errors,
+    size,
+    executed,
+    real_data,
+    links,
+    typed_numbers,
+    words,
+    frame,
+)
+
+
+def kind_of(path: Path, tree: Tree) -> Kind:
+    """What a notebook is, by the folder that it lies in."""
+    folders: dict[Path, Kind] = {tree.solutions_folder: "solution", tree.exercises_folder: "exercise"}
+    return next((kind for folder, kind in folders.items() if path.parent.resolve() == folder.resolve()), "lesson")
+
+
+def findings(path: Path, tree: Tree) -> list[str]:
+    """Everything that is wrong with a stored notebook, one line each."""
+    try:
+        nb = nbs.read_notebook(path)
+    except CourseError as error:
+        return [f"{tree.relative(path)}: {error}"]
+    checked = Checked(nb, path, kind_of(path, tree), tree)
+    return [line for gate in GATES for line in gate(checked)]
+
+
+def tree_findings(tree: Tree) -> list[str]:
+    """Everything that is wrong with any stored notebook of the course."""
+    folders = (tree.lessons_folder, tree.solutions_folder, tree.exercises_folder)
+    return [line for folder in folders for path in sorted(folder.glob("*.ipynb")) for line in findings(path, tree)]
