@@ -226,9 +226,9 @@ check("01-4", causes)
 # ## Task 5 — Catch the flying pixels (3 points, open-ended)
 #
 # Write a function that marks flying pixels: measured pixels that hang between a near and a far surface. You get the depth
-# image of a noisy depth camera, and you are scored by F1 against the truth: the harmonic mean of *precision* (how many of the marked
-# are flying) and *recall* (how many of the flying are marked). The score is the median over five scenes:
-# F1 of 0.60 earns a third of the points, 0.75 two thirds, 0.85 all.
+# image of a noisy depth camera, and you are scored by F1 against the truth: the harmonic mean of *precision* (how many of the
+# marked are flying) and *recall* (how many of the flying are marked). A perfect mask has F1 = 1. The score is the median over
+# five scenes: `1 - F1` under 0.40 earns a third of the points, under 0.25 two thirds, under 0.15 all.
 #
 # <details><summary>Hint 1: idea</summary>A surface continues: most neighbours of a good pixel have nearly its depth. A flying pixel has hardly any
 # such neighbour.</details>
