@@ -1,0 +1,338 @@
+# ---
+# jupyter:
+#   jupytext:
+#     text_representation:
+#       extension: .py
+#       format_name: percent
+#   kernelspec:
+#     display_name: Python 3 (ipykernel)
+#     language: python
+#     name: python3
+# ---
+
+# %% [markdown]
+# # 03 From depth to points
+#
+# **You will be able to turn a depth image into a coloured cloud in metres, with your own five lines, and to say in
+# millimetres what each wrong setting costs.**
+
+# %%
+from course_lib.notebook import data, picture, predict, report, report_table, show
+
+import cv2
+import matplotlib.pyplot as plt
+import numpy as np
+import open3d as o3d
+
+from course_lib import cameras, metrics, pointcloud, rgbd, transforms
+
+room = data.load("living_room")
+frame = room.frames[0]
+show(pointcloud.from_frame(frame), views=["camera", "iso"], title="One RGB-D frame: where the camera stood, and where it never stood")
+
+# %% [markdown]
+# Both pictures show the same points. The left one looks like a photograph. For the right one we walked around the scene,
+# although the camera took one frame and never moved. White is what it could not see. This lesson is about the step from a
+# depth image to such a cloud.
+#
+# ## Card
+#
+# | | |
+# |---|---|
+# | You will | compute a focal length from a field of view; write deprojection and check it against Open3D; tell six wrong settings apart and price each in millimetres; find a recording whose depth does not fit its colour |
+# | Minutes | 45 for the core, 60 for the lab |
+# | Before | lesson 01 (depth, no data), lesson 02 (frames, `T_world_camera`) |
+# | Teaches | the UAV document, section III A; the report, section 8; the lecture, "Depth map to point cloud" |
+# | Data | `living_room` (simulated, with truth); real pairs of TUM, SUN and Redwood; two real RealSense recordings |
+#
+# Two questions from earlier lessons, before you read on:
+#
+# <details><summary>Lesson 01: a depth image says 2 m in its corner. Is that corner two metres from the lens?</summary>No, farther.
+# Depth is z, the length along the direction the camera looks. The length of the string to the corner is the range.</details>
+#
+# <details><summary>Lesson 02: what does <code>T_world_camera</code> do to a point?</summary>It takes camera coordinates and gives
+# world coordinates. The camera's own axes are x right, y down, z forward.</details>
+
+# %% [markdown]
+# ## 1 Every pixel looks along one ray
+#
+# Imagine a dark box with a tiny hole. Light from each thing outside falls through the hole in a straight line onto the back
+# wall. That is a **pinhole camera**. To save ourselves an upside-down image, we draw the image in front of the hole. Seen
+# from above:
+
+# %% tags=["hide-input"]
+f_drawn, x_drawn, z_drawn = 400, 1.0, 2.0
+shift = f_drawn * x_drawn / z_drawn
+fig, axis = plt.subplots(figsize=(7, 3.3), layout="constrained")
+axis.fill([0, z_drawn, z_drawn], [0, 0, x_drawn], color=show.COLOURS["reference"], alpha=0.25)
+axis.fill([0, 0.8, 0.8], [0, 0, 0.4], color=show.COLOURS["source"], alpha=0.45)
+axis.plot([0, 2.3], [0, 0], color="black", lw=1)
+axis.plot([0, z_drawn], [0, x_drawn], color=show.COLOURS["target"], lw=2)
+axis.plot([0.8, 0.8], [-0.3, 0.62], color="black", lw=3)
+axis.plot([z_drawn], [x_drawn], "o", color=show.COLOURS["outlier"], ms=10)
+axis.plot([0], [0], "o", color="black", ms=8)
+for place, text, side in [((0.0, 0.07), "hole", "center"), ((0.42, -0.1), f"f = {f_drawn} pixels", "center"),
+                          ((0.84, 0.15), f"u - cx =\n{shift:.0f} pixels", "left"), ((1.5, -0.1), f"z = {z_drawn:g} m", "center"),
+                          ((2.04, 0.45), f"x = {x_drawn:g} m", "left"), ((2.04, 1.0), "point", "left"),
+                          ((0.78, 0.66), "image", "center"), ((2.3, 0.05), "optical axis", "right")]:
+    axis.text(*place, text, ha=side, fontsize=10)
+axis.set(xlim=(-0.2, 2.45), ylim=(-0.35, 1.15), aspect="equal", title="Two triangles of the same shape")
+axis.axis("off")
+picture(fig, alt=f"A point {x_drawn:g} m right of the optical axis and {z_drawn:g} m deep. The line from it to the hole crosses the "
+                 f"image {shift:.0f} pixels right of the middle, {f_drawn} pixels in front of the hole. The small triangle at the "
+                 "image and the large one at the point have the same shape.")
+
+# %% [markdown]
+# Two triangles share a corner at the hole, so they have the same shape: $(u - c_x) / f = x / z$. Solve for $u$ and you have
+# equations 5 and 6 of the UAV document:
+#
+# $$u = f\,\frac{x}{z} + c_x, \qquad v = f\,\frac{y}{z} + c_y$$
+#
+# The **focal length** $f$ is the distance from the hole to the image, counted in pixels. The **principal point** $(c_x, c_y)$
+# is the pixel straight ahead. Rows may have an $f$ of their own, so we carry two: `fx` and `fy`.
+
+# %%
+def project(points, fx, fy, cx, cy):
+    """Pixels (..., 2), u before v, of points (..., 3) in the camera frame."""
+    x, y, z = np.moveaxis(points, -1, 0)
+    return np.stack([fx * x / z + cx, fy * y / z + cy], axis=-1)
+
+
+# The drawing: 1 m right and 2 m deep. Half of f is 200, so column 320 + 200.
+assert project(np.array([1.0, 0.0, 2.0]), 400, 400, 320, 240).tolist() == [520, 240]
+
+ray = np.array([[0.5, 0, 1], [1, 0, 2], [2, 0, 4]])  # one point, then twice as far, then four times
+assert (project(ray, 400, 400, 320, 240) == [520, 240]).all()
+
+c = frame.camera
+points = np.random.default_rng(3).uniform([-1, -1, 1], [1, 1, 4], (1000, 3))
+by_opencv, _ = cv2.projectPoints(points, np.zeros(3), np.zeros(3), c.matrix, None)
+assert np.allclose(project(points, c.fx, c.fy, c.cx, c.cy), by_opencv[:, 0])
+
+# %% [markdown]
+# Look at the second assert. Three points, one pixel. A photograph keeps the direction and forgets the distance. The depth image
+# is the missing number.
+#
+# ## 2 The focal length comes from the field of view
+#
+# Data sheets and simulators rarely give $f$. They give the **field of view**: the angle from one edge of the image to the
+# other. Half the image and half the angle make a right-angled triangle with $f$. So, as in equations 1 and 2,
+# $f = \tfrac12 \text{width} / \tan(\tfrac12 \text{FOV})$. Four numbers, $f_x, f_y, c_x, c_y$, describe the camera at one
+# resolution. They are its **intrinsics**.
+
+# %%
+def focal_length(fov_degrees, pixels):
+    """Focal length in pixels, from the whole angle that `pixels` span."""
+    return 0.5 * pixels / np.tan(np.radians(fov_degrees) / 2)
+
+
+assert np.isclose(focal_length(90, 640), 320)  # the tangent of 45 degrees is 1
+assert np.isclose(focal_length(60, 640), cameras.focal_length(np.radians(60), 640))
+
+wrong = {
+    "half of both": lambda fov: focal_length(fov, 640),
+    "the whole angle": lambda fov: 320 / np.tan(np.radians(fov)),
+    "degrees for radians": lambda fov: 320 / np.tan(fov / 2),
+    "tangent upside down": lambda fov: 320 * np.tan(np.radians(fov) / 2),
+    "in proportion to 90": lambda fov: 320 * 90 / fov,
+}
+report_table([[name, *(float(formula(fov)) for fov in (90, 60, 45))] for name, formula in wrong.items()],
+             columns=["formula", "f at 90 degrees", "at 60", "at 45"], smallest=1e-6)
+
+# %% [markdown]
+# The first row is right. Read down the 90-degree column: the last two mistakes are right there, too, and only there. Test with two
+# angles, one of them not 90. And ask *which way* the angle was measured. An image is wider than high, so 60 degrees across and 60
+# degrees from top to bottom are different cameras.
+#
+# Vote: 640 pixels wide, 60 degrees horizontally. What is f? (a) 480, (b) 554, (c) 185, (d) −50.
+#
+# <details><summary>Answer</summary>
+# (b). (a) took the angle in proportion: two thirds of 90 degrees, so one and a half times 320. (c) used the whole angle. (d) gave
+# degrees to a tangent that expects radians; a negative focal length is at least easy to notice.
+# </details>
+#
+# ## 3 From a pixel back to a point
+#
+# Turn equations 5 and 6 around and you have equations 7 and 8: $x = (u - c_x)\,z/f$ and $y = (v - c_y)\,z/f$. To
+# **deproject** is to do this for every pixel of a depth image. Here it is, in five lines.
+
+# %%
+def deproject(depth, fx, fy, cx, cy):
+    """Points (H, W, 3) of a depth image (H, W), in its unit; NaN where nothing was measured."""
+    v, u = np.indices(depth.shape)  # row and column of every pixel
+    z = np.where(depth > 0, depth, np.nan)
+    x = (u - cx) * z / fx
+    y = (v - cy) * z / fy
+    return np.stack([x, y, z], axis=-1)
+
+
+tiny = deproject(np.array([[2.0, 2.0, 0.0]]), fx=2, fy=2, cx=1, cy=0)  # one row: left, middle, no data
+assert tiny[0, :2].tolist() == [[-1, 0, 2], [0, 0, 2]] and np.isnan(tiny[0, 2]).all()
+
+points = deproject(frame.depth, c.fx, c.fy, c.cx, c.cy)
+
+intrinsics = o3d.camera.PinholeCameraIntrinsic(c.width, c.height, c.fx, c.fy, c.cx, c.cy)
+by_open3d = o3d.geometry.PointCloud.create_from_depth_image(
+    o3d.geometry.Image(frame.depth), intrinsics, depth_scale=1.0, depth_trunc=100.0)  # metres already; keep everything
+seen = frame.depth > 0
+assert np.allclose(points[seen], by_open3d.points, atol=1e-5)
+report("points, ours", int(seen.sum()))
+report("points, Open3D", len(by_open3d.points))
+
+# %% [markdown]
+# Same points, in the same order. And colour costs nothing: the two images are registered, so the point of pixel `[v, u]` takes
+# the colour of pixel `[v, u]`.
+#
+# Are the points *right*? In the simulated room we can ask. We take the cloud to the world with the true pose and measure
+# the distance of each point to the true surface.
+
+# %%
+def to_surface_mm(points, frame=frame):
+    """Distances in mm from camera points to the room's true surface, under the true pose."""
+    return 1000 * metrics.distance_to_surface(transforms.apply(frame.T_world_camera, points), room.mesh)
+
+
+cloud = pointcloud.PointCloud(points[seen], frame.color[seen])
+truth = room.truth["depth"][0]
+exact = deproject(truth, c.fx, c.fy, c.cx, c.cy)[truth > 0]
+report("median distance to the surface, depth without noise", np.median(to_surface_mm(exact)), "mm", digits=1)
+report("median distance to the surface, depth as measured", np.median(to_surface_mm(cloud.points)), "mm", digits=2)
+show(cloud, views=["front", "side", "back"], title="One frame from the front, the side and the back")
+
+# %% [markdown]
+# The formula adds nothing of its own: what is left comes from the sensor's noise. From the back you look *into* the scene through
+# walls that have no backs. A frame is a shell, one layer of points thick.
+#
+# ## 4 What goes wrong, in millimetres
+#
+# Now we spoil one setting at a time. The depth is exact, so every millimetre below is the mistake's own. First, commit
+# yourself: somebody sets the principal point to half the width and half the height, as equations 3 and 4 say. With pixel
+# centres at whole numbers that is half a pixel too much in each direction.
+
+# %% tags=["prediction"]
+guess = None  # millimetres
+
+predict(f"With f = {c.fx:.0f}, how far does half a pixel in u and v move a point at 1.5 m depth?", guess,
+        1000 * np.hypot(0.5, 0.5) * 1.5 / c.fx, "mm", digits=2,
+        why="Turn the triangle around: one pixel is z / f wide, so half a pixel is half of 1.5 m divided by f. Twice, in u and in v.")
+
+# %%
+v, u = np.indices(truth.shape)
+string = np.sqrt(1 + ((u - c.cx) / c.fx) ** 2 + ((v - c.cy) / c.fy) ** 2)  # range = depth * string
+small = c.scaled(320, 240)  # the intrinsics of another resolution
+spoiled = {
+    "focal length of another camera (525)": deproject(truth, 525, 525, c.cx, c.cy),
+    "range for z": deproject(truth / string, c.fx, c.fy, c.cx, c.cy),
+    "depth scale 5000 for 1000": deproject(truth / 5, c.fx, c.fy, c.cx, c.cy),
+    "whole for half field of view": deproject(truth, *[320 / np.tan(2 * np.arctan(320 / c.fx))] * 2, c.cx, c.cy),
+    "principal point of 320x240": deproject(truth, c.fx, c.fy, small.cx, small.cy),
+    "half a pixel": deproject(truth, c.fx, c.fy, c.cx + 0.5, c.cy + 0.5),
+}
+right = deproject(truth, c.fx, c.fy, c.cx, c.cy)
+near = np.abs(truth - 1.5) < 0.1  # the pixels about 1.5 m away
+rows = []
+for name, spoilt in spoiled.items():
+    off = 1000 * (spoilt - right)[near]
+    rows.append([name, float(np.hypot(off[:, 0], off[:, 1]).mean()), float(np.abs(off[:, 2]).mean())])
+report_table(rows, columns=["mistake", "sideways (mm)", "in depth (mm)"], title="Mean error of the points about 1.5 m away")
+
+# %% [markdown]
+# Look at the last column. Where it is zero, no depth reading will ever tell you. Seen from above, each mistake has its own shape:
+
+# %%
+row = 300
+fig, axes = plt.subplots(1, 3, figsize=(9, 3.6), sharey=True, layout="constrained")
+for axis, name in zip(axes, list(spoiled)[:3], strict=True):
+    axis.plot(right[row, :, 0], right[row, :, 2], ".", ms=2, color=show.COLOURS["truth"], label="right")
+    axis.plot(spoiled[name][row, :, 0], spoiled[name][row, :, 2], ".", ms=2, color=show.COLOURS["outlier"], label="spoiled")
+    axis.set(title=name.replace(" of another camera", "") if "focal" in name else name, xlabel="x (m)", aspect="equal")
+axes[0].set_ylabel("z (m)")
+axes[0].legend(markerscale=5, loc="upper center")
+squeezed = np.nanmax(spoiled["focal length of another camera (525)"][row, :, 0]) / np.nanmax(right[row, :, 0])
+picture(fig, alt=f"One image row seen from above, right and spoiled. A wrong focal length squeezes it sideways to {100 * squeezed:.0f} %, "
+                 "walls staying straight. Range for z bends straight walls into arcs. A wrong scale shrinks everything towards the camera.")
+
+# %% [markdown]
+# The last mistake loses points instead of moving them. Open3D's `depth_trunc` is 3 metres unless you say otherwise:
+
+# %%
+cut = o3d.geometry.PointCloud.create_from_depth_image(o3d.geometry.Image(truth), intrinsics, depth_scale=1.0)
+report("points that Open3D's default drops", 100 * (1 - len(cut.points) / (truth > 0).sum()), "%")
+report("deepest point of the room", float(truth.max()), "m")
+report("deepest point that is left", float(np.asarray(cut.points)[:, 2].max()), "m")
+
+# %% [markdown]
+# No warning, no error: the far wall is gone. Truncating is useful, because far depth is bad depth. But choose it yourself.
+#
+# ## 5 The flip belongs to viewing
+#
+# Most 3D viewers have y up and look along −z. Give them camera points and the room stands on its head. So the report's code, and
+# most tutorials, multiply y and z by −1 before drawing. It is a half turn about x, nothing is mirrored, and the picture is
+# good. The trouble starts when the flipped points are *kept*.
+
+# %%
+flip = np.array([1, -1, -1])
+assert np.linalg.det(np.diag(flip)) == 1  # a rotation: letters stay readable
+
+moved = transforms.apply(frame.T_world_camera, exact * flip) - transforms.apply(frame.T_world_camera, exact)
+report("how far a kept flip puts a point from its place, median", np.median(np.linalg.norm(moved, axis=1)), "m")
+viewer = {"camera axes in such a viewer": cloud, "flipped for the viewer": pointcloud.PointCloud(cloud.points * flip, cloud.colors)}
+show.panels(viewer, frame="object", view="front")
+
+# %% [markdown]
+# The pose expects x right, y down, z forward. Flipped points land behind the camera and under the floor. Keep the data in the
+# camera's axes and turn the *viewer*. Our `show` does that: it knows which way the camera's y points, and you never flip.
+
+# %% [markdown]
+# ## Report against reality
+#
+# Equation 1 of the UAV document computes $f_x$ from "width/tan(FOV/2)". Its camera lives in Unity, and Unity's field of view is
+# measured from top to bottom unless you change it. We build such a camera, 60 degrees high, put it where ours stands, and lift its
+# exact depth in three ways.
+
+# %%
+from course_lib.simulate import camera as virtual_camera, scenes
+
+unity = cameras.camera_from_fov(np.radians(60), 640, 480, axis="vertical")
+shot = virtual_camera.render(scenes.living_room(7), unity, frame.T_world_camera)
+is_right = deproject(shot.depth, unity.fx, unity.fy, unity.cx, unity.cy)
+readings = {
+    "equations 1-4 as printed": (focal_length(60, 640), 320, 240),
+    "the angle taken as vertical": (focal_length(60, 480), 320, 240),
+    "and pixel centres at whole numbers": (focal_length(60, 480), 319.5, 239.5),
+}
+rows = []
+for name, (f, cx, cy) in readings.items():
+    off = 1000 * np.linalg.norm(deproject(shot.depth, f, f, cx, cy) - is_right, axis=-1)
+    rows.append([name, float(f), float(np.nanmedian(off))])
+report_table(rows, columns=["reading", "f (pixels)", "points off by, median (mm)"])
+
+# %% [markdown]
+# Equation 1 holds for a horizontal angle. Everybody has taken a field of view the wrong way round once; the cloud still looks
+# like a room. The other claims of this lesson:
+#
+# | The document says | What we found | Evidence |
+# |---|---|---|
+# | UAV eq. 1: f from width and FOV | holds if the FOV is horizontal; Unity's is vertical | experiment above |
+# | UAV eq. 2: fy = fx | holds for square pixels; real cameras differ by parts of a pixel | `realsense_planes`, below |
+# | UAV eq. 3 and 4: cx = width / 2 | half a pixel too much where centres lie at whole numbers | table in section 4 |
+# | UAV eq. 5 to 9: points from a disparity image | eq. 9 reads z = z: z is never computed. What is missing is z = f B / d, with the baseline B and the disparity d (lesson 14) | reading; sections 1 and 3 hold |
+# | Report 8: images "of the same size" make a cloud | they must show the same view | On real data, below |
+# | Report 8: `PrimeSenseDefault` for any camera | wrong f for every other camera | Break it |
+# | Report 8: the flip in `pcd.transform` | for viewing only | section 5 |
+# | Report 8: `SampleSUNRGBDImage()` under "Read TUM dataset" | a slip in Open3D's own manual; the printed code reads the TUM files by path, so nothing breaks | reading |
+# | Lecture: depth "can be readily converted" | yes, with the intrinsics of that resolution and the depth scale | section 4 |
+
+# %% [markdown]
+# ## Break it
+#
+# The report lifts every frame with `PrimeSenseDefault`, f = 525, also frames of a D455. Let us do the same and look at the result as
+# most people do: from the front.
+
+# %%
+lazy = deproject(frame.depth, 525, 525, 319.5, 239.5)[seen]
+show.panels({"its own f": cloud, "f = 525": pointcloud.PointCloud(lazy, cloud.colors)}, view="camera")
+
+# %% [markdown]
+# You see no difference, and there is none to see. A wrong f stretches x and y alike and leaves z. Every point stays on one line with
+# its pixel. Flat walls stay flat, too. So measure something of known length: TODO

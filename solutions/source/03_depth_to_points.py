@@ -1,0 +1,329 @@
+# ---
+# jupyter:
+#   jupytext:
+#     text_representation:
+#       extension: .py
+#       format_name: percent
+#   kernelspec:
+#     display_name: Python 3 (ipykernel)
+#     language: python
+#     name: python3
+# ---
+
+# %% [markdown]
+# # Lab 03 From depth to points
+#
+# Six tasks, about 60 minutes. Each starts from given inputs, so a task that you leave open blocks nothing. Write your code
+# where it says `raise NotImplementedError`, run the cell, then run the check below it. The check says by how much you are
+# off, and in which axis. Try again and it says what the mistake looks like, then where to read.
+#
+# Everything you need stands in lesson 03. You may use NumPy; write the formulas yourself. Images are `(H, W)` arrays:
+# `depth[v, u]` is row `v`, column `u`, and the centres of pixels lie at whole numbers. The camera's axes are x right, y down,
+# z forward. Depth is z in metres, 0 where nothing was measured.
+
+# %%
+from course_lib.notebook import check, data, picture, report_table, show
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+room = data.load("living_room")
+frame, depth, camera = room.frames[0], room.truth["depth"][0], room.camera
+
+# %% [markdown]
+# ## Task 1 — focal length from the field of view (1 point)
+#
+# A data sheet gives the field of view, you need the focal length. One line is missing.
+#
+# - `fov_degrees`: the whole angle that the image spans, in degrees
+# - `pixels`: how many pixels span it
+# - returns: the focal length in pixels
+#
+# For example, `focal_length(90, 640)` is 320.
+#
+# <details><summary>Hint 1: idea</summary>Half of the image and the focal length are the two short sides of a right-angled
+# triangle. Which angle stands opposite the half image?</details>
+# <details><summary>Hint 2: formula</summary>tan(half the angle) = half the pixels / f. Solve for f, and mind that
+# <code>np.tan</code> takes radians.</details>
+
+# %% tags=["expected", "hide-input"]
+angles = np.linspace(30, 130, 101)
+fig, axis = plt.subplots(figsize=(6, 2.8), layout="constrained")
+curve = 320 / np.tan(np.radians(angles / 2))
+axis.plot(angles, curve, color=show.COLOURS["target"])
+axis.plot([90], [320], "o", color=show.COLOURS["outlier"])
+axis.annotate("90 degrees: 320", (90, 320), (97, 480))
+axis.set(xlabel="field of view (degrees)", ylabel="f (pixels)", title="Expected, for 640 pixels")
+picture(fig, alt=f"The expected focal length of a 640 pixel wide image falls from {curve[0]:.0f} pixels at {angles[0]:.0f} degrees "
+                 f"through 320 at 90 degrees to {curve[-1]:.0f} at {angles[-1]:.0f} degrees, ever more slowly.")
+
+
+# %% tags=["task"]
+def focal_length(fov_degrees, pixels):
+    """Focal length in pixels from the whole field of view in degrees."""
+    # BEGIN SOLUTION
+    # half the pixels over the tangent of half the angle
+    return 0.5 * pixels / np.tan(np.radians(fov_degrees) / 2)
+    # END SOLUTION
+
+
+# %% tags=["check"]
+check("03-1", focal_length)
+
+# %% [markdown]
+# ## Task 2 — deproject a depth image (3 points)
+#
+# Lift every pixel to a point. The picture shows what becomes of a frame of the simulated room.
+#
+# - `depth`: (H, W) float, metres, 0 where nothing was measured
+# - `fx`, `fy`: focal lengths for columns and rows, in pixels; they differ
+# - `cx`, `cy`: the principal point, in pixels; it need not be in the middle
+# - returns: (H, W, 3) float, metres, camera frame; NaN in all three where nothing was measured
+#
+# <details><summary>Hint 1: idea</summary>Each pixel has a column u, a row v and a depth z. The depth is one of the three
+# coordinates already.</details>
+# <details><summary>Hint 2: formula</summary>x = (u − cx) · z / fx and y = (v − cy) · z / fy</details>
+# <details><summary>Hint 3: call</summary><code>v, u = np.indices(depth.shape)</code> gives the row and column of every pixel;
+# <code>np.where(depth &gt; 0, depth, np.nan)</code>; <code>np.stack([x, y, z], axis=-1)</code></details>
+
+# %% tags=["expected", "hide-input"]
+rows_, columns_ = np.nonzero(depth)
+lifted = depth[rows_, columns_, None] * np.stack(
+    [(columns_ - camera.cx) / camera.fx, (rows_ - camera.cy) / camera.fy, np.ones(len(rows_))], axis=1)
+show((lifted, frame.color[rows_, columns_]), view="iso", frame="camera", title="Expected: the room as points")
+
+
+# %% tags=["task"]
+def deproject(depth, fx, fy, cx, cy):
+    """Points (H, W, 3) in metres of a depth image (H, W) in metres; NaN where it is 0."""
+    # BEGIN SOLUTION
+    # the row v and the column u of every pixel
+    v, u = np.indices(depth.shape)
+    # no data must not become a point
+    z = np.where(depth > 0, depth, np.nan)
+    # equations 7 and 8: columns give x, rows give y
+    x = (u - cx) * z / fx
+    y = (v - cy) * z / fy
+    # put the three together along a new last axis
+    return np.stack([x, y, z], axis=-1)
+    # END SOLUTION
+
+
+# %% tags=["check"]
+check("03-2", deproject)
+
+# %% [markdown]
+# ## Task 3 — mend a cloud from a stored frame (3 points)
+#
+# Somebody wrote this for their own camera and gave it to you. On your recording it returns what the picture shows: on its
+# head, with a piece missing, of a wrong size. There are three mistakes in it. Mend them all.
+#
+# - `raw`: (H, W) uint16 as stored; 0 where nothing was measured
+# - `color`: (H, W, 3) uint8, RGB, registered to depth
+# - `units_per_metre`: how many stored steps make a metre
+# - `camera_matrix`: (3, 3) with fx, fy on its diagonal and cx, cy in its last column
+# - returns: `{"points": (N, 3) float, metres, camera frame; "colors": (N, 3) uint8}`, one entry for each measured pixel, row by row
+#
+# <details><summary>Hint 1: idea</summary>Which numbers in the code belong to another camera? And for whom are the minus signs?</details>
+# <details><summary>Hint 2: formula</summary>depth = raw / units_per_metre; every measured pixel counts; the axes stay x, y, z.</details>
+# <details><summary>Hint 3: call</summary><code>keep = depth &gt; 0</code></details>
+
+# %% tags=["expected", "hide-input"]
+stored = np.round(depth * 5000).astype(np.uint16)
+too_deep = stored / 1000
+keep = (too_deep > 0) & (too_deep < 3)
+rows_, columns_ = np.nonzero(keep)
+given = too_deep[keep][:, None] * np.stack(
+    [(columns_ - camera.cx) / camera.fx, -(rows_ - camera.cy) / camera.fy, -np.ones(len(rows_))], axis=1)
+measured = depth > 0
+rows_, columns_ = np.nonzero(measured)
+wanted = depth[measured][:, None] * np.stack(
+    [(columns_ - camera.cx) / camera.fx, (rows_ - camera.cy) / camera.fy, np.ones(len(rows_))], axis=1)
+fig, axes = plt.subplots(1, 2, figsize=(8, 4), layout="constrained")
+for axis, points, name in [(axes[0], given, "given"), (axes[1], wanted, "expected")]:
+    axis.plot(points[::50, 0], points[::50, 2], ".", ms=1, color=show.COLOURS["target"])
+    axis.plot([0], [0], "o", color=show.COLOURS["outlier"], label="camera")
+    axis.set(title=f"{name}: {len(points):,} points from above", xlabel="x (m)", ylabel="z (m)", aspect="equal")
+axes[0].legend()
+picture(fig, alt=f"From above: the given code returns {len(given):,} points, all behind the camera, at most {-given[:, 2].min():.1f} m away. "
+                 f"Expected are {len(wanted):,} points in front of it, up to {wanted[:, 2].max():.1f} m away.")
+
+
+# %% tags=["task"]
+def cloud_from_raw(raw, color, units_per_metre, camera_matrix):
+    """Points (N, 3) in metres and colours (N, 3) of the measured pixels of a stored frame, row by row."""
+    # BEGIN SOLUTION
+    # stored steps to metres, with this camera's scale
+    depth = raw / units_per_metre
+    # every measured pixel, however far away
+    keep = depth > 0
+    v, u = np.nonzero(keep)
+    z = depth[v, u]
+    x = (u - camera_matrix[0, 2]) * z / camera_matrix[0, 0]
+    y = (v - camera_matrix[1, 2]) * z / camera_matrix[1, 1]
+    # the camera's own axes: y down, z forward
+    points = np.stack([x, y, z], axis=1)
+    return {"points": points, "colors": color[keep]}
+    # INSTEAD
+    #| depth = raw / 1000
+    #| keep = (depth > 0) & (depth < 3)
+    #| v, u = np.nonzero(keep)
+    #| z = depth[v, u]
+    #| x = (u - camera_matrix[0, 2]) * z / camera_matrix[0, 0]
+    #| y = (v - camera_matrix[1, 2]) * z / camera_matrix[1, 1]
+    #| points = np.stack([x, -y, -z], axis=1)  # otherwise my viewer shows it on its head
+    #| return {"points": points, "colors": color[keep]}
+    # END SOLUTION
+
+
+# %% tags=["check"]
+check("03-3", cloud_from_raw)
+
+# %% [markdown]
+# And on a real frame, as it lies on disk. The globe, the desk and both chairs should stand upright, about two and a half metres away.
+
+# %% tags=["real-data"]
+# real data: tum_pair
+tum = data.load("tum_pair")
+real_color, real_raw = tum.raw(0)
+try:
+    cloud = cloud_from_raw(real_raw, real_color, 5000, tum.camera.matrix)
+    display(show((cloud["points"], cloud["colors"]), views=["front", "side"], frame="camera", title="Your cloud of the TUM desk"))
+except NotImplementedError as todo:
+    print(todo)
+
+# %% [markdown]
+# ## Task 4 — which mistake made this? (2 points)
+#
+# Six clouds of one exact depth image, each spoiled by one mistake. The picture shows one row of pixels from above, the
+# table what a tape measure says about the whole cloud. Give each letter its cause, each cause once:
+#
+# `"another camera's focal length"`, `"another camera's depth scale"`, `"range for z"`, `"rows for columns"`, `"cut off at 3 m"`,
+# `"flip left in"`
+#
+# <details><summary>Hint 1: idea</summary>Ask of each: are points missing? Is z still right? Are straight walls still straight?</details>
+# <details><summary>Hint 2: formula</summary>A wrong f multiplies x and y by one number and leaves z. A wrong scale multiplies all
+# three. Range shortens each ray by a factor of its own. A flip changes signs, never sizes.</details>
+# <details><summary>Hint 3: call</summary>Return <code>{"A": "…", "B": "…", …}</code> with the letters A to F.</details>
+
+# %% tags=["expected", "hide-input"]
+v, u = np.indices(depth.shape)
+a, b = (u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy
+z = np.where(depth > 0, depth, np.nan)
+right = np.stack([a * z, b * z, z], axis=-1)
+makers = [
+    lambda: right * [camera.fx / 525, camera.fy / 525, 1],
+    lambda: right / 5,
+    lambda: right / np.sqrt(1 + a**2 + b**2)[..., None],
+    lambda: np.stack([(v - camera.cx) / camera.fx * z, (u - camera.cy) / camera.fy * z, z], axis=-1),
+    lambda: np.where(z[..., None] < 3, right, np.nan),
+    lambda: right * [1, -1, -1],
+]
+order = np.random.default_rng(2270).permutation(6)
+clouds = {letter: makers[i]() for letter, i in zip("ABCDEF", order, strict=True)}
+fig, axes = plt.subplots(2, 3, figsize=(9, 7), layout="constrained")
+for axis, (letter, points) in zip(axes.ravel(), clouds.items(), strict=True):
+    axis.plot(right[300, :, 0], right[300, :, 2], ".", ms=3, color=show.COLOURS["reference"], label="right")
+    axis.plot(points[300, :, 0], points[300, :, 2], ".", ms=1.5, color=show.COLOURS["outlier"], label="spoiled")
+    axis.set(title=letter, xlabel="x (m)", ylabel="z (m)", aspect="equal")
+axes[0, 0].legend(markerscale=4)
+lost = {letter: 100 * (1 - np.isfinite(points[..., 2]).sum() / np.isfinite(z).sum()) for letter, points in clouds.items()}
+picture(fig, alt="Row 300 of six spoiled clouds from above, over the right one. " + " ".join(
+    f"{letter}: from x = {np.nanmin(points[300, :, 0]):.2f} to {np.nanmax(points[300, :, 0]):.2f} m, "
+    f"z from {np.nanmin(points[300, :, 2]):.2f} to {np.nanmax(points[300, :, 2]):.2f} m."
+    for letter, points in clouds.items()))
+
+# %% tags=["expected", "hide-input"]
+lines = [[letter, *(float(np.nanmax(points[..., k]) - np.nanmin(points[..., k])) for k in range(3)),
+          float(np.nanmedian(points[..., 2])), int(np.isfinite(points[..., 2]).sum())]
+         for letter, points in {"right": right, **clouds}.items()]
+report_table(lines, columns=["cloud", "width (m)", "height (m)", "depth (m)", "median z (m)", "points"])
+
+
+# %% tags=["task"]
+def causes():
+    """A dict from the letters "A" to "F" to the names of their causes."""
+    # BEGIN SOLUTION
+    return {
+        "A": "range for z",
+        "B": "another camera's depth scale",
+        "C": "flip left in",
+        "D": "another camera's focal length",
+        "E": "cut off at 3 m",
+        "F": "rows for columns",
+    }
+    # END SOLUTION
+
+
+# %% tags=["check"]
+check("03-4", causes)
+
+# %% [markdown]
+# ## Task 5 — find the focal length yourself (4 points, open-ended)
+#
+# You found a depth camera without a data sheet. You laid forty things of known length before it, and marked the two end
+# pixels of each. The camera measured the depths of the ends, with noise. For about three things in ten, one end has the
+# depth of the background instead of its own. What is the focal length?
+#
+# - `pixels`: (N, 2, 2) float; thing, end, (u, v)
+# - `depths`: (N, 2) float, metres, of the two ends
+# - `lengths`: (N,) float, metres, by tape measure
+# - `cx`, `cy`: the principal point, pixels
+# - returns: f in pixels, the same for columns and rows
+#
+# You are scored by how far your f puts a point 1 m beside the axis from its place, as the median over five cameras: under
+# 40 mm earns 1 point, under 12 mm 2, under 8 mm 3, under 5 mm all 4.
+#
+# <details><summary>Hint 1: idea</summary>Each thing alone gives you one estimate of f. Some of the forty are nonsense. What do you
+# do with forty estimates of which some are nonsense?</details>
+# <details><summary>Hint 2: formula</summary>With X = (u − cx) · z and Y = (v − cy) · z at both ends:
+# length² = (ΔX² + ΔY²) / f² + Δz². Solve for f.</details>
+# <details><summary>Hint 3: call</summary><code>np.hypot</code>, <code>np.nanmedian</code>; where length² − Δz² is not positive, the
+# depths of that thing cannot be right.</details>
+
+
+# %% tags=["task"]
+def estimate_focal(pixels, depths, lengths, cx, cy):
+    """Focal length in pixels from things of known length."""
+    # BEGIN SOLUTION
+    X, Y = (pixels[..., 0] - cx) * depths, (pixels[..., 1] - cy) * depths
+    beside = lengths**2 - (depths[:, 0] - depths[:, 1]) ** 2
+    beside = np.sqrt(np.where(beside > 0, beside, np.nan))
+    estimates = np.hypot(X[:, 0] - X[:, 1], Y[:, 0] - Y[:, 1]) / beside
+    return np.nanmedian(estimates)
+    # END SOLUTION
+
+
+# %% tags=["check"]
+check("03-5", estimate_focal)
+
+# %% [markdown]
+# ## Task 6 — explain the front view (2 points, marked by hand)
+#
+# A colleague lifts frames of a D455 with f = 525, looks at the cloud from the front and says: "Looks right." In at most 60
+# words: why does it look right although f is wrong, and which single measurement would expose it?
+#
+# <details><summary>Hint 1: idea</summary>What does a wrong f do to x, to y and to z? Where does each point then lie, seen from the
+# camera?</details>
+# <details><summary>Hint 2: formula</summary>"Break it" in lesson 03 has both halves of the answer.</details>
+
+
+# %% tags=["task"]
+def explain():
+    """Your explanation, at most 60 words."""
+    # BEGIN SOLUTION
+    return (
+        "A wrong f multiplies x and y of every point by the same factor and leaves z alone. So the picture from the front is the "
+        "right one, only magnified, and flat walls stay flat. Measure something of known length that lies across the image, "
+        "such as a table's width: it is wrong by exactly that factor."
+    )
+    # END SOLUTION
+
+
+# %% tags=["check"]
+check("03-6", explain)
+
+# %% [markdown]
+# ## Handing in
+#
+# Restart the kernel, run all cells, save, and hand in this one file. Unfinished tasks cost only their own points.
