@@ -28,13 +28,41 @@ def build(names: tuple[str, ...], only_check: bool, kind: str | None) -> None:
     sys.exit((check_all if only_check else build_all)(names, kind, course_tree(), click.echo))
 
 
+@click.command("test", context_settings={"ignore_unknown_options": True})
+@click.option("--quick", is_flag=True, help="Only the library, the tools, lesson 00 and lab 01.")
+@click.option("--workers", type=click.IntRange(1), default=2, show_default=True, help="Processes that run at once.")
+@click.argument("more", nargs=-1, type=click.UNPROCESSED, metavar="[-- PYTEST WORDS…]")
+def test(quick: bool, workers: int, more: tuple[str, ...]) -> None:
+    """Prove the library, the tools, and every stored number of every lesson and solution.
+
+    Real-data cells are compared where their data are: set COURSE_DATA_MIRROR to a folder that holds them.
+    """
+    from .prove import prove
+
+    sys.exit(prove(course_tree(), quick, workers, more, click.echo))
+
+
+@click.command("bench")
+@click.option("--notebooks", is_flag=True, help="Seconds and memory of each lesson in a fresh kernel, instead.")
+@click.option("--only", "only", metavar="WORD", default="", help="Only cases or lessons with this in their name.")
+@click.option("--write", is_flag=True, help="Write docs/benchmarks.md.")
+def bench(notebooks: bool, only: str, write: bool) -> None:
+    """Measure the library against the professional tools, side by side, on the same number of threads."""
+    from .bench import bench_cases, bench_notebooks
+
+    tree = course_tree()
+    sys.exit(bench_notebooks(tree, only, click.echo) if notebooks else bench_cases(tree, only, write, click.echo))
+
+
 # verb: (its click command, or the module and the name that hold it; one line for --help)
 VERBS: dict[str, tuple[click.Command | tuple[str, str], str]] = {
-    "start": (("course_lib.classroom.start", "start"), "Open JupyterLab on the course, labs as your own copies."),
+    "start": (("course_lib.classroom.start", "command"), "Open JupyterLab on the course, labs as your own copies."),
+    "test": (test, "Prove the library, the tools and every notebook."),
     "build": (build, "Turn sources into executed notebooks."),
+    "bench": (bench, "Measure speed against the professional tools."),
     "data": (("course_lib.classroom.data_verbs", "data_group"), "List and fetch datasets."),
-    "reset": (("course_lib.classroom.start", "reset"), "Make a fresh copy of a lab, overwriting nothing."),
-    "doctor": (("course_lib.classroom.doctor", "doctor"), "Say what works here, and how to mend the rest."),
+    "reset": (("course_lib.classroom.reset", "command"), "Make a fresh copy of a lab, overwriting nothing."),
+    "doctor": (("course_lib.classroom.doctor", "command"), "Say what works here, and how to mend the rest."),
 }
 
 
