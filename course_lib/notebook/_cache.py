@@ -1,0 +1,312 @@
+"""Synthetic datasets on disk: made once by a recipe, whole or not at all, and proved by their hashes when loaded.
+
+A made dataset is a folder `NAME-VERSION-SEED` of PNG files (8-bit colour and labels, 16-bit depth) and NPZ files
+(everything else), with a manifest that holds the sha256 of each. A file that does not fit is named, and the dataset is
+made again. Two processes that want the same dataset wait for each other, and the second uses what the first made.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import os
+import shutil
+from collections.abc import Callable
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import cv2
+import numpy as np
+from filelock import FileLock, Timeout
+
+from course_lib.notebook import _places
+from course_lib.notebook._atomic import atomic_folder
+from course_lib.notebook._catalog import Entry
+from course_lib.notebook._errors import DataDamaged, Refusal, cannot_write
+from course_lib.notebook._images import decode
+
+if TYPE_CHECKING:
+    from course_lib.simulate.recipes import Recipe, RecipeOutput
+
+FORMAT = 1
+"""Raised when the layout below changes: older folders are then made again."""
+MANIFEST = "manifest.json"
+SPACE_BYTES = 120_000_000
+"""Free space asked for before a dataset is made; the largest takes about half."""
+
+
+def key(entry: Entry, seed: int) -> str:
+    """The folder's name."""
+    return f"{entry.name}-{entry.version}-{seed}"
+
+
+def fingerprint(entry: Entry, seed: int) -> str:
+    """Hash what decides the content: the layout, the recipe, its version and the seed."""
+    decisive = {"format": FORMAT, "recipe": entry.recipe, "version": entry.version, "seed": seed}
+    return hashlib.sha256(json.dumps(decisive, sort_keys=True).encode()).hexdigest()
+
+
+def recipe_of(entry: Entry) -> Recipe:
+    """Find the recipe of an entry; imported only when something has to be made.
+
+    Raises
+    ------
+    Refusal
+        If there is none of that name, or its version is not the catalogue's.
+    """
+    from course_lib.simulate.recipes import RECIPES
+
+    recipe = RECIPES.get(entry.recipe)
+    if recipe is None or recipe.version != entry.version:
+        there = "there is none" if recipe is None else f"the library has version {recipe.version}"
+        raise Refusal(
+            f"The catalogue wants version {entry.version} of recipe {entry.recipe!r} and {there}: "
+            "update datasets/catalog.toml and the library together."
+        )
+    return recipe
+
+
+_proved: dict[Path, tuple[list, dict[str, Any]]] = {}
+
+
+def _stamps(folder: Path, names: list[str]) -> list[tuple[int, int] | None]:
+    """Size and time of change of every file: what says that a proof of this process still holds."""
+    stamps = []
+    for name in names:
+        try:
+            stat = os.stat(folder / name)
+            stamps.append((stat.st_size, stat.st_mtime_ns))
+        except OSError:
+            stamps.append(None)
+    return stamps
+
+
+def proved(folder: Path, wanted: str) -> dict[str, Any]:
+    """Return the manifest of a made dataset, after hashing every file of it once in this process.
+
+    Raises
+    ------
+    DataDamaged
+        If the manifest or a file is missing, or a hash differs; the message names the file.
+    """
+    path = folder / MANIFEST
+    try:
+        content = path.read_bytes()
+        manifest = json.loads(content)
+        files = manifest["files"]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise DataDamaged(f"{folder.name}/{MANIFEST} is missing or damaged") from error
+    stamps = _stamps(folder, [MANIFEST, *files])
+    if folder in _proved and _proved[folder] == (stamps, manifest):
+        return manifest
+    if manifest.get("fingerprint") != wanted:
+        raise DataDamaged(f"{folder.name}/{MANIFEST} belongs to other settings")
+    for name, facts in files.items():
+        one = folder / name
+        if not one.is_file():
+            raise DataDamaged(f"{folder.name}/{name} is missing")
+        if sha256(one) != facts["sha256"]:
+            raise DataDamaged(f"{folder.name}/{name} is damaged (its sha256 differs)")
+    _proved[folder] = (stamps, manifest)
+    return manifest
+
+
+def sha256(path: Path) -> str:
+    """Hash a file's content."""
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def find(entry: Entry, seed: int) -> tuple[Path, dict[str, Any]] | None:
+    """Return folder and manifest of a made dataset, or None where it has to be made; say what was damaged."""
+    damage = []
+    for root in _places.cache_roots():
+        folder = root / key(entry, seed)
+        if folder.is_dir():
+            try:
+                return folder, proved(folder, fingerprint(entry, seed))
+            except DataDamaged as error:
+                damage.append(str(error))
+    if damage:
+        _places.notice(f"{damage[0]}, so {entry.name} is made again.")
+    return None
+
+
+def make(entry: Entry, seed: int | None = None) -> tuple[Path, dict[str, Any]]:
+    """Return folder and manifest of a synthetic dataset, making it where it is missing or damaged.
+
+    Nothing half-made stays, whatever interrupts: Ctrl-C, a full disk, a killed process.
+
+    Raises
+    ------
+    CannotWrite
+        If no folder can be written or the disk is full.
+    """
+    seed = entry.seed if seed is None else seed
+    if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
+        raise Refusal(f"A seed is a whole number from 0 on, not {seed!r}: leave it out for the published dataset.")
+    seed = int(seed)
+    found = find(entry, seed)
+    if found:
+        return found
+    root = _places.writable_root()
+    with _locked(root / f".{key(entry, seed)}.lock", entry.name):
+        folder = root / key(entry, seed)
+        try:
+            return folder, proved(folder, fingerprint(entry, seed))  # another process made it while this one waited
+        except DataDamaged:
+            recipe = recipe_of(entry)
+        with atomic_folder(folder, SPACE_BYTES) as partial, _Bar(entry.name) as bar:
+            output = recipe.make(seed, bar)
+            manifest = write(partial, output, entry, seed)
+        return folder, manifest
+
+
+class _locked:
+    """Hold a file lock; say so once where another process holds it."""
+
+    def __init__(self, path: Path, name: str):
+        self.lock, self.name, self.path = FileLock(path), name, path
+
+    def __enter__(self) -> None:
+        try:
+            self.lock.acquire(timeout=0.2)
+        except Timeout:
+            _places.notice(f"Another process is making {self.name}: waiting for it.")
+            self.lock.acquire()
+        except OSError as error:
+            raise cannot_write(self.path, error) from error
+
+    def __exit__(self, *args: object) -> None:
+        self.lock.release()
+
+
+class _Bar:
+    """A progress bar that goes away when done, and is there only while a person watches."""
+
+    def __init__(self, name: str):
+        self.name, self.bar = name, None
+
+    def __enter__(self) -> Callable[[int, int], None]:
+        return self.step
+
+    def step(self, done: int, total: int) -> None:
+        """Show that `done` of `total` steps are behind."""
+        if self.bar is None and _places.live():
+            from tqdm.auto import tqdm
+
+            self.bar = tqdm(total=total, desc=f"making {self.name} (first use only)", leave=False)
+        if self.bar is not None:
+            self.bar.update(done - self.bar.n)
+
+    def __exit__(self, *args: object) -> None:
+        if self.bar is not None:
+            self.bar.close()
+
+
+def write(folder: Path, output: RecipeOutput, entry: Entry, seed: int) -> dict[str, Any]:
+    """Store a recipe's output in an empty folder, and return its manifest.
+
+    Raises
+    ------
+    OSError
+        If the disk is full; the caller clears the folder away.
+    """
+    files: dict[str, dict[str, Any]] = {}
+
+    def store(name: str, content: bytes) -> str:
+        path = folder / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(content)
+        files[name] = {"sha256": hashlib.sha256(content).hexdigest(), "size": len(content)}
+        return name
+
+    frames = [
+        {part: store(f"frames/{number:03d}_{part}{_suffix(array)}", _encode(array)) for part, array in frame.items()}
+        for number, frame in enumerate(output.frames)
+    ]
+    manifest = {
+        "name": entry.name,
+        "fingerprint": fingerprint(entry, seed),
+        "format": FORMAT,
+        "recipe": entry.recipe,
+        "version": entry.version,
+        "seed": seed,
+        "made_with": {package: version(package) for package in ("numpy", "opencv-python-headless")},
+        "encoding": output.encoding,
+        "camera": output.camera,
+        "meta": output.meta,
+        "frames": frames,
+        "poses": store("poses.npz", _pack({"poses": output.poses})),
+        "meshes": {
+            name: {"file": store(f"mesh_{name}.npz", _pack(parts)), "arrays": list(parts)}
+            for name, parts in output.meshes.items()
+        },
+        "clouds": {name: store(f"cloud_{name}.npz", _pack(parts)) for name, parts in output.clouds.items()},
+        "truth": {name: store(f"truth_{name}.npz", _pack({name: array})) for name, array in output.truth.items()},
+        "files": files,
+    }
+    (folder / MANIFEST).write_text(json.dumps(manifest, indent=1, default=_plain), encoding="utf-8")
+    return json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+
+
+def _suffix(array: np.ndarray) -> str:
+    return ".png" if array.dtype in (np.uint8, np.uint16) and array.ndim in (2, 3) else ".npz"
+
+
+def _encode(array: np.ndarray) -> bytes:
+    if _suffix(array) == ".npz":
+        return _pack({"array": array})
+    image = array[..., ::-1] if array.ndim == 3 else array
+    done, content = cv2.imencode(".png", np.ascontiguousarray(image), [cv2.IMWRITE_PNG_COMPRESSION, 4])
+    if not done:
+        raise Refusal(f"An image of shape {array.shape} cannot be stored as PNG: mend the recipe.")
+    return content.tobytes()
+
+
+def _pack(arrays: dict[str, np.ndarray]) -> bytes:
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, **arrays)
+    return buffer.getvalue()
+
+
+def _plain(value: object) -> object:
+    """Turn NumPy numbers and arrays of a recipe's facts into JSON."""
+    if isinstance(value, (np.generic, np.ndarray)):
+        return value.tolist()
+    raise TypeError(f"{type(value).__name__} cannot be stored in a manifest")
+
+
+def read(path: Path) -> Any:
+    """Read one stored file: an image as RGB or as it is, or the arrays of an NPZ as a dict.
+
+    Raises
+    ------
+    DataDamaged
+        If it went away or changed after it was proved.
+    """
+    try:
+        content = path.read_bytes()
+        if path.suffix == ".png":
+            image = decode(content, path)
+            return np.ascontiguousarray(image[..., ::-1]) if image.ndim == 3 else image
+        with np.load(io.BytesIO(content), allow_pickle=False) as stored:
+            return dict(stored)
+    except (OSError, ValueError, KeyError) as error:
+        what = f"{path.parent.name}/{path.name} changed while it was in use"
+        raise DataDamaged(f"{what}: load the dataset again.") from error
+
+
+def clear(name: str) -> int:
+    """Remove every made version of a dataset, and return the bytes that this freed."""
+    freed = 0
+    for root in _places.cache_roots():
+        for path in [*root.glob(f"{name}-*-*"), *root.glob(f".{name}-*-*")]:
+            if path.is_dir():
+                freed += sum(one.stat().st_size for one in path.rglob("*") if one.is_file())
+                shutil.rmtree(path)
+            elif path.suffix == ".lock" and os.access(root, os.W_OK):
+                path.unlink(missing_ok=True)
+    return freed

@@ -1,0 +1,84 @@
+"""Cells that need real data. Their first line says so: `# real data: tum_pair, sun_pair`.
+
+Where a named dataset is not on this machine, IPython is given a one-line card to show instead of the cell, so that Run
+All goes on. Cells that use variables of such a cell carry the same line.
+"""
+
+from __future__ import annotations
+
+import html
+import re
+from collections.abc import Sequence
+
+from course_lib.notebook import _catalog
+from course_lib.notebook._errors import Refusal
+
+_MARK = re.compile(r"\A\s*#\s*real data:(?P<names>[^\n]*)")
+
+
+def named(source: str) -> tuple[str, ...]:
+    """The datasets that the first line of a cell names."""
+    match = _MARK.match(source)
+    return tuple(name.strip() for name in match["names"].split(",") if name.strip()) if match else ()
+
+
+def missing(names: Sequence[str]) -> list[str]:
+    """Those of the named datasets that are not on this machine.
+
+    Raises
+    ------
+    Refusal
+        If a name is unknown; the nearest is suggested.
+    """
+    from course_lib.notebook import _real
+
+    entries = [_catalog.entry(name) for name in names]
+    return [entry.name for entry in entries if entry.kind == "real" and _real.missing(entry)]
+
+
+class Skipped:
+    """What a skipped cell shows."""
+
+    def __init__(self, names: Sequence[str]):
+        self.names = list(names)
+
+    def __repr__(self) -> str:
+        them, words = ", ".join(self.names), " ".join(self.names)
+        return f"skipped: this cell needs real data ({them}); get it with: python3 course.py data get {words}"
+
+    def _repr_html_(self) -> str:
+        before, _, command = repr(self).partition("python3")
+        style = "border-left:4px solid #999999;padding:0.2em 1em;margin:0.5em 0"
+        return f'<div style="{style}">{html.escape(before)}<code>python3{html.escape(command)}</code></div>'
+
+
+def refuse(sentence: str) -> None:
+    """Say in the cell what is wrong with its first line."""
+    raise Refusal(sentence)
+
+
+def skip_cells(lines: list[str]) -> list[str]:
+    """IPython input transformer: replace a cell whose real data are missing."""
+    names = named("".join(lines))
+    if not names:
+        return lines
+    try:
+        absent = missing(names)
+    except Refusal as refusal:
+        return [f"__import__('course_lib.notebook._cells', fromlist=['refuse']).refuse({str(refusal)!r})\n"]
+    if not absent:
+        return lines
+    return [f"__import__('course_lib.notebook._cells', fromlist=['Skipped']).Skipped({absent!r})\n"]
+
+
+def register() -> bool:
+    """Make IPython skip such cells from the next one on; False where there is no IPython session."""
+    from IPython import get_ipython
+
+    shell = get_ipython()
+    if shell is None:
+        return False
+    transformers = shell.input_transformers_cleanup
+    if not any(getattr(one, "__name__", "") == skip_cells.__name__ for one in transformers):
+        transformers.insert(0, skip_cells)
+    return True

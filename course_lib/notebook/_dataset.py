@@ -1,0 +1,201 @@
+"""What `data.load` returns: frames, clouds, poses and truth, decoded when they are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from course_lib.cameras import PinholeCamera
+from course_lib.meshes import Mesh
+from course_lib.notebook._errors import NotHere, Refusal, nearest
+from course_lib.pointcloud import PointCloud
+from course_lib.rgbd import DepthEncoding, RGBDFrame
+
+
+class Lazy(Sequence):
+    """A sequence whose items are made anew each time they are asked for: changing one changes no other's copy."""
+
+    def __init__(self, count: int, make: Callable[[int], Any], what: str):
+        self._count, self._make, self._what = count, make, what
+
+    def __len__(self) -> int:
+        return self._count
+
+    def __getitem__(self, index: int | slice) -> Any:
+        if isinstance(index, slice):
+            return [self._make(i) for i in range(*index.indices(self._count))]
+        if not isinstance(index, (int, np.integer)) or isinstance(index, bool):
+            raise Refusal(f"Choose one of the {self._what} by a whole number or a slice, not by {index!r}.")
+        if not -self._count <= index < self._count:
+            raise _NoSuchItem(f"There are {self._count} {self._what}, numbered from 0: {index} is not one of them.")
+        return self._make(int(index) % self._count)
+
+    def __repr__(self) -> str:
+        return f"{self._count} {self._what}, each decoded when asked for"
+
+
+class _NoSuchItem(Refusal, IndexError):
+    """Ends a loop over a sequence, and shows as one sentence."""
+
+
+class Parts(Mapping):
+    """A read-only dict whose values are made when first asked for; a wrong key suggests the nearest."""
+
+    def __init__(self, makers: Mapping[str, Callable[[], Any]], what: str):
+        self._makers, self._what, self._made = dict(makers), what, {}
+
+    def __getitem__(self, key: str) -> Any:
+        if key not in self._makers:
+            suggestion = nearest(str(key), self._makers) or f" It has {', '.join(self._makers)}."
+            raise _NoSuchKey(f"{self._what} has no {key!r}.{suggestion}")
+        if key not in self._made:
+            self._made[key] = self._makers[key]()
+        return self._made[key]
+
+    def __contains__(self, key: object) -> bool:
+        return key in self._makers
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._makers)
+
+    def __len__(self) -> int:
+        return len(self._makers)
+
+    def __repr__(self) -> str:
+        return f"{self._what}: {', '.join(self._makers) or 'nothing'}"
+
+
+class _NoSuchKey(Refusal, KeyError):
+    """A missing key that shows as one sentence."""
+
+    __str__ = ValueError.__str__
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Dataset:
+    """A dataset: whatever it holds, in the course's types and units. Asking for what it lacks raises one sentence.
+
+    Attributes
+    ----------
+    name, title, credit, licence : texts.
+    kind : "synthetic" (made here, with truth), "real" (captured) or "yours".
+    card : the text of datasets/NAME.md: what it is, what it is good for, what to watch out for.
+    units : what lengths are given in.
+    frames : sequence of RGBDFrame, metres, decoded when asked for.
+    encoding : how the depth of `raw` is stored.
+    camera : intrinsics; `camera.source` says where they come from, or "assumed".
+    poses : list of (4, 4) T_world_camera, one a frame. Truth only in a synthetic dataset.
+    cloud, clouds : the main PointCloud, and all by name.
+    mesh, meshes : the main Mesh, and all by name.
+    truth : by name, what is known exactly; synthetic datasets only.
+    reference : by name, what another method or instrument says; not truth.
+    parts : by name, datasets of their own inside this one (another camera, another encoding).
+    files : name → path, as stored.
+    meta : facts by name.
+    """
+
+    name: str
+    kind: Literal["synthetic", "real", "yours"]
+    title: str
+    card: str = ""
+    credit: str = ""
+    licence: str = ""
+    units: str = "metres"
+    meta: Mapping[str, Any] = field(default_factory=dict)
+    files: Mapping[str, Path] = field(default_factory=dict)
+    held: Mapping[str, Any] = field(default_factory=dict)
+    raw_frame: Callable[[int], tuple[np.ndarray, np.ndarray]] | None = None
+
+    def _part(self, part: str, words: str) -> Any:
+        if self.held.get(part) is None or (isinstance(self.held[part], (Parts, Lazy)) and not len(self.held[part])):
+            has = ", ".join(name for name, value in self.held.items() if value is not None and _filled(value))
+            raise NotHere(f"The dataset {self.name} has no {words}; it has {has or 'files only'}.")
+        return self.held[part]
+
+    @property
+    def frames(self) -> Sequence[RGBDFrame]:
+        return self._part("frames", "frames")
+
+    @property
+    def encoding(self) -> DepthEncoding:
+        return self._part("encoding", "depth images, so no encoding")
+
+    @property
+    def camera(self) -> PinholeCamera:
+        return self._part("camera", "camera")
+
+    @property
+    def poses(self) -> list[np.ndarray]:
+        return self._part("poses", "poses")
+
+    @property
+    def cloud(self) -> PointCloud:
+        clouds = self.clouds
+        return clouds["cloud"] if "cloud" in clouds else clouds[next(iter(clouds))]
+
+    @property
+    def clouds(self) -> Mapping[str, PointCloud]:
+        return self._part("clouds", "clouds")
+
+    @property
+    def mesh(self) -> Mesh:
+        meshes = self.meshes
+        return meshes["surface"] if "surface" in meshes else meshes[next(iter(meshes))]
+
+    @property
+    def meshes(self) -> Mapping[str, Mesh]:
+        return self._part("meshes", "meshes")
+
+    @property
+    def truth(self) -> Mapping[str, Any]:
+        if self.kind != "synthetic":
+            raise NotHere(f"The dataset {self.name} was captured, so its truth is unknown: see its reference and card.")
+        return self._part("truth", "truth")
+
+    @property
+    def reference(self) -> Mapping[str, Any]:
+        return self._part("reference", "reference from another method")
+
+    @property
+    def parts(self) -> Mapping[str, Dataset]:
+        return self._part("parts", "parts")
+
+    def raw(self, index: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return colour (H, W, 3) uint8 RGB and depth (H, W) uint16 of a frame exactly as they are stored."""
+        frames = self.frames
+        if self.raw_frame is None or not -len(frames) <= index < len(frames):
+            raise _NoSuchItem(f"{self.name} has {len(frames)} frames, numbered from 0: {index} is not one of them.")
+        return self.raw_frame(int(index) % len(frames))
+
+    def __repr__(self) -> str:
+        kinds = {"synthetic": "synthetic, with truth", "real": "really captured", "yours": "your own recording"}
+        lines = [f"{self.name}: {self.title}", f"  kind        {kinds[self.kind]}; units: {self.units}"]
+        held = {name: value for name, value in self.held.items() if value is not None and _filled(value)}
+        lines += [f"  {name:<11} {_brief(value)}" for name, value in held.items()]
+        lines += [f"  {name:<11} {text}" for name, text in (("licence", self.licence), ("credit", self.credit)) if text]
+        return "\n".join(lines)
+
+
+def _filled(value: Any) -> bool:
+    return len(value) > 0 if hasattr(value, "__len__") else True
+
+
+def _brief(value: Any) -> str:
+    """Say in a few words what a part is."""
+    if isinstance(value, Lazy):
+        return repr(value)
+    if isinstance(value, Parts):
+        return ", ".join(value)
+    if isinstance(value, PinholeCamera):
+        numbers = ", ".join(f"{name} {getattr(value, name):.1f}" for name in ("fx", "fy", "cx", "cy"))
+        return f"{value.width}x{value.height}, {numbers}; {value.source or 'source not given'}"
+    if isinstance(value, DepthEncoding):
+        no_data = " and ".join(str(number) for number in value.no_data)
+        return f"{value.name}: {value.units_per_metre:g} units a metre, {no_data} = no data"
+    if isinstance(value, list):
+        return f"{len(value)} T_world_camera"
+    return str(value)

@@ -1,0 +1,99 @@
+"""Where data lie on this machine, and what may be said while they are made."""
+
+from __future__ import annotations
+
+import functools
+import os
+import sys
+import tempfile
+from pathlib import Path
+
+import platformdirs
+
+from course_lib.notebook._errors import ELSEWHERE, CannotWrite, Refusal, cannot_write, shown
+
+DATASETS = Path(__file__).resolve().parents[2] / "datasets"
+"""The catalogue, the cards and, below cache/, what was made or fetched."""
+
+
+def quiet() -> bool:
+    """COURSE_QUIET=1: nothing may be printed (notebooks being built or proved)."""
+    return os.environ.get("COURSE_QUIET", "0") not in ("", "0")
+
+
+def live() -> bool:
+    """Is a person watching, in a terminal or a notebook, so that a progress bar helps?"""
+    ipython = sys.modules.get("IPython")
+    in_kernel = "ipykernel" in sys.modules and ipython is not None and ipython.get_ipython() is not None
+    return not quiet() and (in_kernel or bool(sys.stderr and sys.stderr.isatty()))
+
+
+@functools.cache
+def _once(sentence: str) -> None:
+    print(sentence, file=sys.stderr)
+
+
+def notice(sentence: str, *, again: bool = True) -> None:
+    """Print one sentence to stderr, unless COURSE_QUIET=1; with ``again=False`` only once in a process."""
+    if not quiet():
+        _once(sentence) if not again else print(sentence, file=sys.stderr)
+
+
+def mirror() -> Path | None:
+    """The folder that COURSE_DATA_MIRROR names, or None.
+
+    Raises
+    ------
+    Refusal
+        If it names a folder that is not there.
+    """
+    named = os.environ.get("COURSE_DATA_MIRROR", "")
+    if not named:
+        return None
+    path = Path(named).expanduser()
+    if not path.is_dir():
+        raise Refusal(f"COURSE_DATA_MIRROR names {named}, which is no folder: plug it in, or unset the variable.")
+    return path
+
+
+def cache_roots() -> list[Path]:
+    """The folders that may hold made or fetched data, in the order in which they are looked through."""
+    named = os.environ.get("COURSE_CACHE", "")
+    if named:
+        return [Path(named).expanduser()]
+    return [DATASETS / "cache", Path(platformdirs.user_cache_dir("course-3d-reconstruction", appauthor=False))]
+
+
+def writable_root() -> Path:
+    """The first of `cache_roots` that can be written; it is made where it is missing.
+
+    Where the course's own folder is read-only (a shared installation), one sentence says that the user's is taken.
+
+    Raises
+    ------
+    CannotWrite
+        If none can be written.
+    """
+    roots = cache_roots()
+    for root in roots:
+        refused = _try(root)
+        if refused is None:
+            if root != roots[0]:
+                notice(f"{shown(roots[0])} is read-only here, so the data go to {root}.", again=False)
+            return root
+    if os.environ.get("COURSE_CACHE"):
+        raise CannotWrite(f"COURSE_CACHE names {roots[0]}, which cannot be written: name another folder with it.")
+    raise CannotWrite(f"Neither {shown(roots[0])} nor {roots[1]} can be written: {ELSEWHERE}.")
+
+
+def _try(root: Path) -> OSError | None:
+    """Make a file in a folder and remove it again; a full disk is not a read-only one and is said at once."""
+    try:
+        root.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=root):
+            return None
+    except OSError as error:
+        refusal = cannot_write(root / "data", error)
+        if "full" in str(refusal):
+            raise refusal from error
+        return error

@@ -1,0 +1,222 @@
+"""Real datasets: finding and proving their files, and reading each into a Dataset."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from course_lib.cameras import PinholeCamera, preset
+from course_lib.notebook import _cache, _places, _poses, files
+from course_lib.notebook._catalog import Entry, RemoteFile
+from course_lib.notebook._dataset import Dataset, Lazy, Parts
+from course_lib.notebook._errors import DataDamaged, DataMissing
+from course_lib.rgbd import RGBDFrame, decode_depth, find_encoding
+
+_proved: dict[Path, tuple[int, int, str]] = {}
+
+
+def places(one: RemoteFile) -> list[Path]:
+    """Where a file may lie: below the mirror, then below real/ of each cache."""
+    mirror = _places.mirror()
+    roots = ([mirror] if mirror else []) + [root / "real" for root in _places.cache_roots()]
+    return [root / one.path for root in roots]
+
+
+def missing(entry: Entry) -> list[RemoteFile]:
+    """The files of a real dataset that are nowhere on this machine."""
+    return [one for one in entry.files if not any(path.is_file() for path in places(one))]
+
+
+def is_whole(path: Path, one: RemoteFile) -> bool:
+    """Has the file the size and sha256 of the catalogue? Hashed once in a process, until its size or time changes."""
+    stat = path.stat()
+    if stat.st_size != one.size:
+        return False
+    stamp = (stat.st_size, stat.st_mtime_ns, one.sha256)
+    if _proved.get(path) != stamp:
+        if _cache.sha256(path) != one.sha256:
+            return False
+        _proved[path] = stamp
+    return True
+
+
+def locate(entry: Entry) -> dict[str, Path]:
+    """Find and prove every file of a real dataset.
+
+    Raises
+    ------
+    DataMissing
+        If a file is nowhere; the message holds the command that fetches it.
+    DataDamaged
+        If a file is there but nowhere whole; the message names it.
+    """
+    absent = missing(entry)
+    if absent:
+        few = f"{len(absent)} of its {len(entry.files)} files are" if len(absent) < len(entry.files) else "it is"
+        where = f"{few} not on this machine"
+        raise DataMissing(f"The dataset {entry.name} is real data and {where}: run `{entry.command()}`.")
+    found = {}
+    for one in entry.files:
+        there = [path for path in places(one) if path.is_file()]
+        whole = next((path for path in there if is_whole(path, one)), None)
+        if whole is None:
+            raise damaged(there[0], one, entry)
+        found[one.name] = whole
+    return found
+
+
+def damaged(path: Path, one: RemoteFile, entry: Entry) -> DataDamaged:
+    """The sentence about a file whose bytes are wrong."""
+    mirror = _places.mirror()
+    why = "its size differs" if path.stat().st_size != one.size else "its sha256 differs"
+    if mirror and path == mirror / one.path:
+        return DataDamaged(
+            f"The mirror's file {path} is not the one of the catalogue ({why}), so it is refused: "
+            "copy it there again, or unset COURSE_DATA_MIRROR."
+        )
+    what = f"{one.path} of dataset {entry.name} is damaged ({why})"
+    return DataDamaged(f"{what}: run `{entry.command()}` to fetch it again.")
+
+
+def load(entry: Entry) -> Dataset:
+    """Read a real dataset whose files are all there; images are decoded when asked for."""
+    paths = locate(entry)
+    return READERS[entry.reader](entry, paths)
+
+
+def _base(entry: Entry, paths: dict[str, Path]) -> Dataset:
+    return Dataset(
+        name=entry.name,
+        kind="real",
+        title=entry.title,
+        card=entry.card_path.read_text(encoding="utf-8") if entry.card_path.exists() else "",
+        credit=entry.credit,
+        licence=entry.licence,
+        units=entry.units,
+        meta={"citation": entry.citation} if entry.citation else {},
+        files=paths,
+    )
+
+
+def camera_of(entry: Entry, paths: dict[str, Path]) -> PinholeCamera:
+    """The intrinsics of an entry: a preset's, those of one of its files, or numbers; with the entry's source."""
+    given = dict(entry.camera)
+    if "preset" in given:
+        camera = preset(given["preset"])
+    elif "file" in given:
+        camera = _poses.read_camera(paths[given["file"]])
+    else:
+        camera = PinholeCamera(**given)
+    return replace(camera, source=entry.camera_source)
+
+
+def with_frames(
+    base: Dataset,
+    pairs: list[tuple[Path, Path]],
+    camera: PinholeCamera,
+    encoding: str,
+    *,
+    registered: bool = True,
+    poses: np.ndarray | None = None,
+    **held: object,
+) -> Dataset:
+    """Add frames to a dataset: (colour file, depth file) pairs, decoded when asked for."""
+    form = find_encoding(encoding)
+
+    def raw(index: int) -> tuple[np.ndarray, np.ndarray]:
+        color, depth = pairs[index]
+        return files.read_image(color), files.read_depth(depth)
+
+    def frame(index: int) -> RGBDFrame:
+        color, depth = raw(index)
+        T = None if poses is None else poses[index]
+        name = f"{base.name} {pairs[index][1].stem}" if len(pairs) > 1 else base.name
+        return RGBDFrame(color, decode_depth(depth, form), camera, T, registered=registered, name=name)
+
+    parts = {
+        "frames": Lazy(len(pairs), frame, "frames"),
+        "encoding": form,
+        "camera": camera,
+        "poses": None if poses is None else list(poses),
+    }
+    return replace(base, held={**parts, **held}, raw_frame=raw)
+
+
+def _pairs(paths: dict[str, Path], start: str = "") -> list[tuple[Path, Path]]:
+    """Pair the files called color... with those called depth..., each in the catalogue's order."""
+    colors = [path for name, path in paths.items() if name.startswith(f"{start}color")]
+    depths = [path for name, path in paths.items() if name.startswith(f"{start}depth")]
+    return list(zip(colors, depths, strict=True))
+
+
+def _frames(entry: Entry, paths: dict[str, Path]) -> Dataset:
+    camera = camera_of(entry, paths)
+    return with_frames(_base(entry, paths), _pairs(paths), camera, entry.encoding, registered=entry.registered)
+
+
+def _redwood(entry: Entry, paths: dict[str, Path]) -> Dataset:
+    poses = _poses.read_log(paths["trajectory.log"])
+    reference = {"trajectory": lambda: poses, "odometry": lambda: _poses.read_log(paths["odometry.log"])}
+    return with_frames(
+        _base(entry, paths),
+        _pairs(paths),
+        camera_of(entry, paths),
+        entry.encoding,
+        poses=poses,
+        reference=Parts(reference, f"the reference of {entry.name}"),
+    )
+
+
+def _slambook(entry: Entry, paths: dict[str, Path]) -> Dataset:
+    base = _base(entry, paths)
+    poses = _poses.read_quaternions(paths["pose.txt"])
+    part = entry.parts["pair"]
+    pair = replace(base, name=f"{entry.name} pair", title=part["title"])
+    camera = PinholeCamera(**part["camera"], source=part["camera_source"])
+    pair = with_frames(pair, _pairs(paths, "pair/"), camera, part["encoding"])
+    reference = {
+        "poses": lambda: poses,
+        "trajectory_groundtruth": lambda: _poses.read_tum(paths["trajectories/groundtruth.txt"]),
+        "trajectory_estimated": lambda: _poses.read_tum(paths["trajectories/estimated.txt"]),
+    }
+    return with_frames(
+        base,
+        _pairs(paths),
+        camera_of(entry, paths),
+        entry.encoding,
+        poses=poses,
+        reference=Parts(reference, f"the reference of {entry.name}"),
+        parts=Parts({"pair": lambda: pair}, entry.name),
+    )
+
+
+def _clouds(entry: Entry, paths: dict[str, Path]) -> Dataset:
+    clouds = {Path(name).stem: path for name, path in paths.items() if path.suffix == ".pcd"}
+    makers = {name: lambda path=path: files.read_cloud(path) for name, path in clouds.items()}
+    return replace(_base(entry, paths), held={"clouds": Parts(makers, entry.name)})
+
+
+def _bunny(entry: Entry, paths: dict[str, Path]) -> Dataset:
+    """The zippered bunny first; its raw scans as clouds; their registration as the reference."""
+    stems = {Path(name).stem: path for name, path in paths.items() if path.suffix == ".ply"}
+    clouds = {name: lambda path=path: files.read_cloud(path) for name, path in stems.items()}
+    meshes = {name: lambda p=path: files.read_mesh(p) for name, path in stems.items() if name.startswith("bun_zipper")}
+    reference = {"scan_poses": lambda: _poses.read_bun_conf(paths["bun.conf"])}
+    held = {
+        "clouds": Parts(clouds, entry.name),
+        "meshes": Parts(meshes, f"the meshes of {entry.name}"),
+        "reference": Parts(reference, f"the reference of {entry.name}"),
+    }
+    return replace(_base(entry, paths), held=held)
+
+
+READERS: dict[str, Callable[[Entry, dict[str, Path]], Dataset]] = {
+    "frames": _frames,
+    "redwood": _redwood,
+    "slambook": _slambook,
+    "clouds": _clouds,
+    "bunny": _bunny,
+}
