@@ -44,9 +44,9 @@ In the lab (solutions/source/03_….py) stands the cell tagged `task` with a `de
 
 - **Truth under the key "truth"**, in the form of an answer. Then the judge also measures how far a learner's answer is
   from a misconception's, and recognition costs nothing. Otherwise give the task a `distance(case, a, b)` in tolerances.
-- **A misconception's message** completes "This looks like …": say what happened, then what to do. Its `source` is learner
-  code. It must be ≥ 5 tolerances from the truth in a public case (and for any seed), and no other misconception may fit
-  it: design a case that tells them apart, or name them `alike`. A negative, an odd, a tiny or a single one often does.
+- **A misconception's message** completes "This looks like …": say what happened, then what to do. Its `source` is
+  learner code. It must be ≥ 5 tolerances from the truth in a public case (and for any seed), and no other misconception
+  may fit it: design a case that tells them apart, or name them `alike`. A negative, odd, tiny or single one often does.
 - **Tolerance ≥ 3 times the reference's own error**: leave room for float32 answers. Judges take any plain answer: use
   the helpers of `judges` (and `worst_of` for several parts), which turn garbage into one sentence.
 - `cases(rng)` uses `rng` alone, is quick (< 0.2 s; images of 40x30 do), and draws inputs that fail for a reason: holes,
@@ -58,9 +58,9 @@ In the lab (solutions/source/03_….py) stands the cell tagged `task` with a `de
 
 How a task is used
 ------------------
-`get("03-2")`, `lab("03")`, `all_tasks()`; `fresh(task, seed)` draws cases, `run_all(function, cases)` calls the function
-on copies, `judge_all(task, cases, outcomes)` gives the `Result`. `to_wire` and `from_wire` carry what is given and
-answered to another process and back.
+`get("03-2")`, `lab("03")`, `all_tasks()`; `fresh(task, seed)` draws cases, `run_all(function, cases)` calls the
+function on copies, `judge_all(task, cases, outcomes)` gives the `Result`. `to_wire` and `from_wire` carry what is given
+and answered to another process and back.
 """
 
 from __future__ import annotations

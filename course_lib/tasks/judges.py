@@ -293,18 +293,21 @@ def judge_band(
 
     Returns
     -------
-    A verdict that passes with half the score; the message names the band reached and the next one.
+    A verdict that passes with half the score; the message names the band reached and the next one. Its error is what
+    is missing to the hardest band, its tolerance the width of that band's step to the next.
     """
     sign = 1.0 if better == "smaller" else -1.0
     hardest = bands[0][0]
+    step = abs(bands[1][0] - hardest) if len(bands) > 1 else abs(hardest)
     if not math.isfinite(value):
-        return refuse(f"{up(what)} is not finite.", hardest, unit)
+        return refuse(f"{up(what)} is not finite.", step, unit)
     reached = next((index for index, (limit, _) in enumerate(bands) if sign * value <= sign * limit), len(bands))
     score = bands[reached][1] if reached < len(bands) else 0.0
     bound = "under" if better == "smaller" else "over"
-    message = (
-        f"{up(what)} is {bound} {quantity(bands[reached][0], unit)}" if score else f"{up(what)} reaches no band yet"
-    )
+    message = f"{up(what)} reaches no band yet"
+    if score:
+        message = f"{up(what)} is {bound} {quantity(bands[reached][0], unit)}"
     if reached > 0:
         message += f"; the next band begins {bound} {quantity(bands[reached - 1][0], unit)}"
-    return Verdict(score >= 0.5, float(value), float(hardest), unit, what, message + ".", score)
+    missing = max(0.0, sign * (float(value) - hardest))
+    return Verdict(score >= 0.5, missing, step, unit, what, message + ".", score)

@@ -17,7 +17,15 @@ from course_lib.tasks.running import Outcome, given_text, run
 FAR = 5.0
 """A misconception shows in a case where it is at least so many tolerances from the truth."""
 
-_answers: weakref.WeakKeyDictionary[Case, dict[tuple[str, str], Outcome]] = weakref.WeakKeyDictionary()
+@dataclass(frozen=True)
+class _Wrong:
+    """What a misconception answers to a case; `far` says whether that is FAR from the truth."""
+
+    outcome: Outcome
+    far: bool
+
+
+_known: weakref.WeakKeyDictionary[Case, dict[tuple[str, str], _Wrong]] = weakref.WeakKeyDictionary()
 
 
 @dataclass(frozen=True)
@@ -107,19 +115,12 @@ def judge_all(task: Task, cases: Sequence[Case], outcomes: Sequence[Outcome]) ->
     if len(outcomes) != len(cases) or not cases:
         raise ValueError(f"task {task.id}: {len(outcomes)} outcomes for {len(cases)} cases; one for each is needed.")
     verdicts = tuple(_verdict(task, case, outcome) for case, outcome in zip(cases, outcomes, strict=True))
-    worst = min(
-        range(len(cases)), key=lambda i: (outcomes[i].kind == "answer", verdicts[i].passed, -verdicts[i].ratio, i)
-    )
-    kind = outcomes[worst].kind
     score = _score(task, verdicts)
-    passed = score >= 0.5 and kind == "answer" if task.kind == "open" else all(v.passed for v in verdicts)
-    status = (
-        "by hand"
-        if passed and task.kind == "explain"
-        else "passed"
-        if passed
-        else (kind if kind in ("not started", "raised") else "failed")
-    )
+    passed = score >= 0.5 if task.kind == "open" else all(verdict.passed for verdict in verdicts)
+    worst = _worst(task, outcomes, verdicts, passed)
+    status = "by hand" if task.kind == "explain" else "passed"
+    if not passed:
+        status = outcomes[worst].kind if outcomes[worst].kind in ("not started", "raised") else "failed"
     recognised = () if status in ("passed", "by hand", "not started") else recognise(task, cases, outcomes, verdicts)
     case = cases[worst]
     told = given_text(case.given) + (f" ({case.name})" if case.name else "")
@@ -132,6 +133,16 @@ def _verdict(task: Task, case: Case, outcome: Outcome) -> Verdict:
     return Verdict(False, math.inf, message=outcome.trouble)
 
 
+def _worst(task: Task, outcomes: Sequence[Outcome], verdicts: Sequence[Verdict], passed: bool) -> int:
+    """The case to speak of: one without an answer, else the farthest off; of an open task the median one."""
+    if task.kind == "open" and (passed or all(outcome.kind == "answer" for outcome in outcomes)):
+        order = sorted(range(len(verdicts)), key=lambda i: verdicts[i].score)
+        return order[(len(order) - 1) // 2 if len(order) % 2 else len(order) // 2]
+    return min(
+        range(len(verdicts)), key=lambda i: (outcomes[i].kind == "answer", verdicts[i].passed, -verdicts[i].ratio, i)
+    )
+
+
 def _score(task: Task, verdicts: Sequence[Verdict]) -> float:
     scores = np.array([verdict.score for verdict in verdicts])
     if task.kind != "open":
@@ -141,13 +152,19 @@ def _score(task: Task, verdicts: Sequence[Verdict]) -> float:
     return float(np.median(scores.reshape(task.draws, -1).mean(axis=1)))
 
 
-def wrong_answer(task: Task, source: str, case: Case) -> Outcome:
+def wrong_answer(task: Task, source: str, case: Case) -> _Wrong:
     """What the source of a misconception answers to a case; remembered as long as the case lives."""
-    known = _answers.setdefault(case, {})
+    known = _known.setdefault(case, {})
     key = (task.id, source)
     if key not in known:
-        known[key] = run(load_source(source, task.function), case)
+        outcome = run(load_source(source, task.function), case)
+        known[key] = _Wrong(outcome, outcome.kind == "answer" and is_far(task, task.judge(case, outcome.answer)))
     return known[key]
+
+
+def is_far(task: Task, verdict: Verdict) -> bool:
+    """Whether a wrong answer shows: it is FAR off; in an open task, it earns less than half."""
+    return not verdict.passed and (task.kind == "open" or verdict.ratio >= FAR)
 
 
 def load_source(source: str, name: str) -> Any:
@@ -159,16 +176,29 @@ def load_source(source: str, name: str) -> Any:
 
 def distance(task: Task, case: Case, a: Plain, b: Plain) -> float:
     """How far two answers to a case are from each other, in tolerances."""
-    if task.distance is not None:
-        return float(task.distance(case, a, b))
+    if isinstance(b, np.ndarray) and isinstance(a, list):
+        a = _as_array(a)
     if same(a, b):
         return 0.0
-    if "truth" not in case.hidden or not _comparable(a, b):
+    if not _comparable(a, b):
+        return math.inf
+    if task.distance is not None:
+        return float(task.distance(case, a, b))
+    if "truth" not in case.hidden:
         return math.inf
     return task.judge(replace(case, hidden={**case.hidden, "truth": b}), a).ratio
 
 
+def _as_array(value: list[Plain]) -> Plain:
+    try:
+        array = np.asarray(value)
+    except ValueError:  # rows of different lengths
+        return value
+    return array if array.dtype.kind in "biuf" else value
+
+
 def _comparable(a: Plain, b: Plain) -> bool:
+    """Whether two plain values are of the same form, so that a judge may take one for the truth of the other."""
     if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
         return a.ndim == b.ndim and a.dtype.names == b.dtype.names
     if isinstance(a, (int, float)) and isinstance(b, (int, float)):
@@ -185,7 +215,7 @@ def recognise(
 ) -> tuple[Misconception, ...]:
     """The misconceptions that explain a wrong answer.
 
-    One explains it if the answer agrees with it, to within the tolerance, in every case where it is FAR from the truth
+    One explains it if the answer agrees with it, to within the tolerance, in every case where it is far from the truth
     (there must be one), and agrees with it or is right in every other case. Where a misconception has no answer itself,
     the case is left out.
     """
@@ -199,17 +229,14 @@ def recognise(
 def _explains(
     task: Task, source: str, cases: Sequence[Case], outcomes: Sequence[Outcome], verdicts: Sequence[Verdict]
 ) -> bool:
-    shown = 0
+    shown = False
     for case, outcome, verdict in zip(cases, outcomes, verdicts, strict=True):
         wrong = wrong_answer(task, source, case)
-        if wrong.kind != "answer":
+        if wrong.outcome.kind != "answer":
             continue
-        if outcome.kind != "answer":
+        if outcome.kind != "answer" or (wrong.far and verdict.passed):
             return False
-        far = task.judge(case, wrong.answer).ratio >= FAR
-        if far and verdict.passed:
+        if not verdict.passed and distance(task, case, outcome.answer, wrong.outcome.answer) > 1:
             return False
-        if not (verdict.passed or distance(task, case, outcome.answer, wrong.answer) <= 1):
-            return False
-        shown += far
-    return shown > 0
+        shown |= wrong.far
+    return shown

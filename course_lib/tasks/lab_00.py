@@ -16,7 +16,7 @@ def _cases(rng: np.random.Generator) -> list[Case]:
     value = int(rng.integers(601, 999))
     image = rng.integers(400, 6000, (4, 6)).astype(np.uint16)
     image[rng.random(image.shape) < 0.2] = 0
-    image[0, :2] = 0, 1501
+    image[0, :3] = 0, 1501, 6000
     return [
         Case({"depth_mm": value}, {"truth": value / 1000}, "one pixel, nearer than a metre"),
         Case({"depth_mm": image}, {"truth": image / 1000}, "a small depth image with holes"),

@@ -125,7 +125,7 @@ class _Copier:
 
     def _refusal(self, value: Any) -> str:
         if hasattr(value, "__next__") or hasattr(value, "send"):
-            return f"{self.what} is a generator, which holds no values yet: return a list or an array, with return, not yield."
+            return f"{self.what} is a generator, which holds no values yet: return a list or an array."
         if callable(value):
             return f"{self.what} is a function or a class, not a value: perhaps the brackets of a call are missing."
         if isinstance(value, (complex, np.complexfloating)):

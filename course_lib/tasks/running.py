@@ -9,7 +9,8 @@ import os
 import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from types import TracebackType
 from typing import Any
 
@@ -56,37 +57,37 @@ def run(function: Callable[..., Any], case: Case) -> Outcome:
     given = {name: plain(value) for name, value in case.given.items()}
     told = given_text(case.given)
     stream = _Limited()
-    try:
-        with (
-            warnings.catch_warnings(record=True) as caught,
-            contextlib.redirect_stdout(stream),
-            contextlib.redirect_stderr(stream),
-            np.errstate(),
-        ):
-            warnings.simplefilter("always")
+    value, problem = None, None
+    with (
+        warnings.catch_warnings(record=True) as caught,
+        contextlib.redirect_stdout(stream),
+        contextlib.redirect_stderr(stream),
+        np.errstate(),
+    ):
+        warnings.simplefilter("default")
+        try:
             value = function(*given.values())
-        outcome = Outcome("answer", plain(value, "the answer"))
-    except NotImplementedError as error:
-        own = _innermost_is_learners(error.__traceback__)
-        outcome = Outcome("not started" if own else "raised", trouble=_sentence(error, told))
-    except KeyboardInterrupt:
-        raise
-    except BaseException as error:  # noqa: B036 - exit() in a learner's function must not end their kernel
-        if _in_plain(error.__traceback__):
-            outcome = Outcome("not plain", trouble=_capital(str(error)))
-        else:
-            outcome = Outcome("raised", trouble=_sentence(error, told))
-    first = f"{caught[0].category.__name__}: {caught[0].message}" if caught else ""
-    return Outcome(outcome.kind, outcome.answer, outcome.trouble, stream.kept, _short(first))
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # also exit(): it must not end the learner's kernel
+            problem = error
+    first = f"{caught[0].category.__name__}: {_short(str(caught[0].message))}" if caught else ""
+    if problem is not None:
+        open_stub = isinstance(problem, NotImplementedError) and _innermost_is_learners(problem.__traceback__)
+        return Outcome("not started" if open_stub else "raised", None, _sentence(problem, told), stream.kept, first)
+    try:
+        return Outcome("answer", plain(value), "", stream.kept, first)
+    except ValueError as error:
+        return Outcome("not plain", None, f"{_capital(str(error))} It was given {told}.", stream.kept, first)
 
 
 def run_all(function: Callable[..., Any], cases: Sequence[Case]) -> list[Outcome]:
-    """Call a function on each case; after a "not started" the rest is not tried."""
-    outcomes: list[Outcome] = []
-    for case in cases:
-        started = not outcomes or outcomes[-1].kind != "not started"
-        outcomes.append(run(function, case) if started else outcomes[-1])
-    return outcomes
+    """Call a function on each case; where it is "not started" in the first, the others are not tried."""
+    first = run(function, cases[0])
+    if first.kind == "not started":
+        return [first] * len(cases)
+    others = [run(function, case) for case in cases[1:]]
+    return [first, *(replace(other, kind="raised") if other.kind == "not started" else other for other in others)]
 
 
 def given_text(given: Mapping[str, Plain]) -> str:
@@ -113,20 +114,17 @@ def _frames(trace: TracebackType | None) -> list[tuple[str, int]]:
     return frames
 
 
+_OTHERS = tuple(sorted({str(Path(__file__).parents[1]), os.path.dirname(os.__file__), sys.prefix}))
+
+
 def _is_learners(filename: str) -> bool:
-    """Cells are compiled under names of files that do not exist; everything installed exists."""
-    return not os.path.exists(filename) and not filename.startswith("<frozen")
+    """Whether a file is a cell or the learner's own: neither installed, nor of the course, nor of Python."""
+    return not filename.startswith(("<frozen", *_OTHERS))
 
 
 def _innermost_is_learners(trace: TracebackType | None) -> bool:
     frames = _frames(trace)
-    library = os.path.dirname(np.__file__)
-    return bool(frames) and not frames[-1][0].startswith((library, sys.prefix, sys.base_prefix))
-
-
-def _in_plain(trace: TracebackType | None) -> bool:
-    frames = _frames(trace)
-    return len(frames) > 1 and frames[1][0] == plain.__code__.co_filename
+    return len(frames) > 1 and _is_learners(frames[-1][0])
 
 
 def _place(trace: TracebackType | None) -> str:
