@@ -1078,7 +1078,9 @@ def print_verdicts(verdicts: Sequence[Verdict], as_csv: bool) -> None:
 
 def child_environment() -> Dict[str, str]:
     """The environment of every verb: this .venv first, and nothing of other Pythons (ROS sets PYTHONPATH)."""
-    environment = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "PYTHONHOME", "PYTHONSTARTUP")}
+    drop = ("PYTHONPATH", "PYTHONHOME", "PYTHONSTARTUP")
+    drop += ("PYTHONDONTWRITEBYTECODE",)  # each kernel would compile its thousand modules again
+    environment = {key: value for key, value in os.environ.items() if key not in drop}
     environment["PATH"] = str(venv_python().parent) + os.pathsep + environment.get("PATH", os.defpath)
     environment["VIRTUAL_ENV"] = str(VENV)
     environment["PYTHONUTF8"] = "1"
