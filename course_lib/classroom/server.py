@@ -75,12 +75,13 @@ def settings(tree: Tree, port: int, page: str) -> Path:
             "allow_root": True,
             "root_dir": str(tree.root),
             "default_url": "/" + page,
-            "jpserver_extensions": {"jupyterlab": True, "jupyter_server_terminals": True},
+            # jupytext's would write a second file beside each notebook that it saves
+            "jpserver_extensions": {"jupyterlab": True, "jupytext": False},
         },
         "LabApp": {"extension_manager": "readonly", "check_for_updates_class": "jupyterlab.NeverCheckForUpdate"},
         "KernelSpecManager": {"allowed_kernelspecs": ["python3"]},
     }
-    # No pop-ups: no offer to build, no news. jupytext's menu would write a second file beside each notebook.
+    # No pop-ups: no offer to build, no news.
     pages = {
         "buildCheck": False,
         "buildAvailable": False,
@@ -102,7 +103,6 @@ def environment(tree: Tree) -> dict[str, str]:
         "JUPYTER_CONFIG_DIR": str(home / "config"),
         "JUPYTER_DATA_DIR": str(home / "data"),
         "JUPYTER_RUNTIME_DIR": str(home / "runtime"),
-        "JUPYTER_NO_CONFIG": "1",
         "JUPYTER_PREFER_ENV_PATH": "1",
         "IPYTHONDIR": str(home / "ipython"),
     }
