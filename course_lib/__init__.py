@@ -1,7 +1,7 @@
 """The small library of the course: 3D topics, virtual sensors, tasks, notebook calls and classroom machinery.
 
-Importing it sets two defaults that must stand before Open3D or VTK is imported, so that a kernel prints nothing of its own
-and a machine without a display does not warn (both can be overridden from outside).
+Importing it sets two defaults that must stand before Open3D or VTK is imported, so that a kernel prints nothing of its
+own and a machine without a display does not warn (both can be overridden from outside).
 """
 
 import os

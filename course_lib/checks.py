@@ -11,6 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 # A depth image is inspected on at most about this many pixels when asked whether it looks like millimetres: the check
 # then costs microseconds, and a wrong unit shows on every pixel.
 SAMPLE_PIXELS = 4096
+# How far a matrix may be from rigid: single precision and files with six decimals pass, anything that scales fails.
+RIGID_TOLERANCE = 1e-4
 
 
 def nearest_name(name: str, names: Iterable[str]) -> str:
@@ -66,7 +68,7 @@ def last_axis(values: ArrayLike, size: int, what: str) -> NDArray:
     return array if array.dtype in (np.float32, np.float64) else array.astype(np.float64)
 
 
-def depth_image(depth: ArrayLike, what: str = "depth") -> NDArray:
+def check_depth(depth: ArrayLike, what: str = "depth") -> NDArray:
     """Return `depth` if it can be a depth image in metres: (H, W) floating point, nowhere negative, not millimetres.
 
     Parameters
@@ -97,11 +99,11 @@ def depth_image(depth: ArrayLike, what: str = "depth") -> NDArray:
         raise ValueError(f"{what}: expected an image of shape (H, W), got {array.shape}.")
     lowest = np.fmin.reduce(array, axis=None)
     if lowest < 0 and lowest != -np.inf:
-        raise ValueError(f"{what}: {lowest:.6g} is negative; depth is 0 where nothing was measured, else positive metres.")
+        raise ValueError(f"{what}: {lowest:.6g} is negative; depth is metres, or 0 where nothing was measured.")
     step = max(1, int(np.sqrt(array.size / SAMPLE_PIXELS)))
     sample = array[step // 2 :: step, step // 2 :: step]
     sample = sample[(sample > 0) & (sample < np.inf)]
-    if sample.size:
+    if sample.size and sample.max() > 100:
         middle = float(np.median(sample))
         whole = bool((sample == np.rint(sample)).all())
         if middle > 5000 or (middle > 100 and whole):
@@ -131,3 +133,55 @@ def colors_uint8(colors: ArrayLike, shape: tuple[int, ...], what: str = "colors"
     if array.shape != shape:
         raise ValueError(f"{what}: expected shape {shape}, got {array.shape}; one RGB triple is needed for each entry.")
     return array
+
+
+def check_rigid(T: ArrayLike, name: str = "T") -> NDArray[np.float64]:
+    """Return `T` as float64 if it is a rigid transform, else raise.
+
+    Parameters
+    ----------
+    T : (4, 4) rotation and translation in metres, last row 0 0 0 1.
+    name : what the sentence calls it.
+
+    Returns
+    -------
+    (4, 4) float64.
+
+    Raises
+    ------
+    ValueError
+        If the shape, the last row, the lengths and angles, or the handedness is not that of a rigid transform.
+
+    Examples
+    --------
+    >>> check_rigid(np.diag([2.0, 2.0, 2.0, 1.0]))
+    Traceback (most recent call last):
+    ValueError: T: the upper left 3x3 is not a rotation (R^T R differs from I by 3); it scales or shears.
+    """
+    matrix = numbers(T, name).astype(np.float64)
+    if matrix.shape != (4, 4):
+        raise ValueError(f"{name}: expected a 4x4 matrix, got shape {matrix.shape}.")
+    if not np.isfinite(matrix).all():
+        raise ValueError(f"{name}: the matrix holds NaN or infinity; a rigid transform is finite.")
+    if not np.allclose(matrix[3], [0, 0, 0, 1], rtol=0, atol=RIGID_TOLERANCE):
+        transposed = " (it looks transposed: translation belongs in the last column)" if matrix[3, :3].any() else ""
+        raise ValueError(f"{name}: the last row must be 0 0 0 1, got {matrix[3].tolist()}{transposed}.")
+    check_rotation(matrix[:3, :3], name)
+    return matrix
+
+
+def check_rotation(R: NDArray[np.float64], name: str) -> None:
+    error = float(np.abs(R.T @ R - np.eye(3)).max())
+    if error > RIGID_TOLERANCE:
+        raise ValueError(
+            f"{name}: the upper left 3x3 is not a rotation (R^T R differs from I by {error:.3g}); it scales or shears."
+        )
+    if np.linalg.det(R) < 0:
+        raise ValueError(f"{name}: the upper left 3x3 is a reflection (determinant -1), not a rotation; flip one axis.")
+
+
+def size(value: int, what: str) -> int:
+    """Return `value` as a positive whole number of pixels."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value <= 0:
+        raise ValueError(f"{what}: expected a positive whole number of pixels, got {value!r}.")
+    return int(value)

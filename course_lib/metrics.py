@@ -88,7 +88,7 @@ def depth_error(depth: ArrayLike, truth: ArrayLike) -> ErrorSummary:
     ValueError
         If one is no depth image in metres, the sizes differ, or no pixel has both.
     """
-    depth, truth = checks.depth_image(depth, "depth"), checks.depth_image(truth, "truth")
+    depth, truth = checks.check_depth(depth, "depth"), checks.check_depth(truth, "truth")
     if depth.shape != truth.shape:
         raise ValueError(f"depth has shape {depth.shape} but truth {truth.shape}; resize one (rgbd.resize_depth).")
     both = (depth > 0) & (depth < np.inf) & (truth > 0) & (truth < np.inf)

@@ -2,12 +2,12 @@
 
 `T_a_b` maps coordinates of frame b to coordinates of frame a: p_a = T_a_b p_b, so T_a_c = T_a_b T_b_c reads like
 dominoes. Cameras look along +z with x right and y down; the world has z up. Angles are radians unless the name says
-degrees; lengths are metres. A twist is (v, w): the translation part first, then the rotation part.
+degrees; lengths are metres. Twists (exp, log, hat, vee) and quaternions live in `course_lib.rotations`, and are
+here too.
 
 References
 ----------
-Barfoot, State Estimation for Robotics, 2nd ed., chapter 8. Blanco, A tutorial on SE(3) transformation parameterizations
-and on-manifold optimization, arXiv:2103.15980. Eade, Lie groups for 2D and 3D transformations, 2017.
+Barfoot, State Estimation for Robotics, 2nd ed., chapters 7 and 8.
 """
 
 from __future__ import annotations
@@ -18,13 +18,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from course_lib import checks
+from course_lib.checks import check_rigid
+from course_lib.rotations import exp, from_quaternion_xyzw, hat, log, rotation_vector, to_quaternion_xyzw, vee
+
+__all__ = [
+    "PoseError", "apply", "check_rigid", "compose", "exp", "from_quaternion_xyzw", "from_rotation_translation", "hat",
+    "invert", "log", "look_at", "pose_error", "random", "rotation_x", "rotation_y", "rotation_z", "to_quaternion_xyzw",
+    "vee",
+]  # fmt: skip
 
 FloatArray = NDArray[np.floating]
 
-# How far a matrix may be from rigid: single precision and files with six decimals pass, anything scaled or sheared fails.
-RIGID_TOLERANCE = 1e-4
-# Below this angle (radians) the coefficients of exp and log are taken from their power series, which are exact there.
-SMALL_ANGLE = 0.3
 
 
 @dataclass(frozen=True)
@@ -33,51 +37,6 @@ class PoseError:
 
     degrees: float
     metres: float
-
-
-def check_rigid(T: ArrayLike, name: str = "T") -> NDArray[np.float64]:
-    """Return `T` as float64 if it is a rigid transform, else raise.
-
-    Parameters
-    ----------
-    T : (4, 4) rotation and translation in metres, last row 0 0 0 1.
-    name : what the sentence calls it.
-
-    Returns
-    -------
-    (4, 4) float64.
-
-    Raises
-    ------
-    ValueError
-        If the shape, the last row, the lengths and angles, or the handedness is not that of a rigid transform.
-
-    Examples
-    --------
-    >>> check_rigid(np.diag([2.0, 2.0, 2.0, 1.0]))
-    Traceback (most recent call last):
-    ValueError: T: the upper left 3x3 is not a rotation (R^T R differs from I by 3); it scales or shears.
-    """
-    matrix = checks.numbers(T, name).astype(np.float64)
-    if matrix.shape != (4, 4):
-        raise ValueError(f"{name}: expected a 4x4 matrix, got shape {matrix.shape}.")
-    if not np.isfinite(matrix).all():
-        raise ValueError(f"{name}: the matrix holds NaN or infinity; a rigid transform is finite.")
-    if not np.allclose(matrix[3], [0, 0, 0, 1], rtol=0, atol=RIGID_TOLERANCE):
-        transposed = " (it looks transposed: translation belongs in the last column)" if matrix[3, :3].any() else ""
-        raise ValueError(f"{name}: the last row must be 0 0 0 1, got {matrix[3].tolist()}{transposed}.")
-    _check_rotation(matrix[:3, :3], name)
-    return matrix
-
-
-def _check_rotation(R: NDArray[np.float64], name: str) -> None:
-    error = float(np.abs(R.T @ R - np.eye(3)).max())
-    if error > RIGID_TOLERANCE:
-        raise ValueError(
-            f"{name}: the upper left 3x3 is not a rotation (R^T R differs from I by {error:.3g}); it scales or shears."
-        )
-    if np.linalg.det(R) < 0:
-        raise ValueError(f"{name}: the upper left 3x3 is a reflection (determinant -1), not a rotation; flip one axis.")
 
 
 def from_rotation_translation(R: ArrayLike, t: ArrayLike) -> NDArray[np.float64]:
@@ -107,7 +66,7 @@ def from_rotation_translation(R: ArrayLike, t: ArrayLike) -> NDArray[np.float64]
         raise ValueError(f"R: expected a 3x3 rotation, got shape {rotation.shape}.")
     if not np.isfinite(rotation).all():
         raise ValueError("R: the rotation holds NaN or infinity.")
-    _check_rotation(rotation, "R")
+    checks.check_rotation(rotation, "R")
     T = np.eye(4)
     T[:3, :3] = rotation
     T[:3, 3] = checks.vector(t, 3, "t")
@@ -193,145 +152,6 @@ def apply(T: ArrayLike, points: ArrayLike) -> FloatArray:
     points = checks.last_axis(points, 3, "points")
     T = T.astype(points.dtype)
     return points @ T[:3, :3].T + T[:3, 3]
-
-
-def hat(w: ArrayLike) -> NDArray[np.float64]:
-    """Return the (3, 3) skew matrix with hat(w) p = w × p, of w (3,).
-
-    Raises
-    ------
-    ValueError
-        If w is not three finite numbers.
-
-    Examples
-    --------
-    >>> (hat([1, 2, 3]) @ [4, 5, 6]).tolist() == np.cross([1, 2, 3], [4, 5, 6]).tolist()
-    True
-    """
-    x, y, z = checks.vector(w, 3, "w")
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-
-
-def vee(W: ArrayLike) -> NDArray[np.float64]:
-    """Return the (3,) vector of a (3, 3) skew matrix: the inverse of `hat`.
-
-    Raises
-    ------
-    ValueError
-        If W is not a finite skew-symmetric 3x3 matrix.
-    """
-    W = checks.numbers(W, "W").astype(np.float64)
-    if W.shape != (3, 3) or not np.isfinite(W).all():
-        raise ValueError(f"W: expected a finite 3x3 matrix, got shape {W.shape}.")
-    if np.abs(W + W.T).max() > 1e-9 * max(1.0, np.abs(W).max()):
-        raise ValueError("W: the matrix is not skew-symmetric (W^T must be -W).")
-    return np.array([W[2, 1], W[0, 2], W[1, 0]])
-
-
-def exp(twist: ArrayLike) -> NDArray[np.float64]:
-    """Turn a twist into a rigid transform: turn about w by |w| radians while moving along v.
-
-    Parameters
-    ----------
-    twist : (6,) = (v, w): v in metres, w in radians.
-
-    Returns
-    -------
-    (4, 4) float64.
-
-    Raises
-    ------
-    ValueError
-        If the twist is not six finite numbers.
-
-    References
-    ----------
-    Barfoot, State Estimation for Robotics, 2nd ed., eq. 8.33–8.36.
-
-    Examples
-    --------
-    >>> exp([1, 2, 3, 0, 0, 0])[:3, 3].tolist()
-    [1.0, 2.0, 3.0]
-    """
-    twist = checks.vector(twist, 6, "twist")
-    v, w = twist[:3], twist[3:]
-    angle = float(np.linalg.norm(w))
-    W = hat(w)
-    a = np.sinc(angle / np.pi)  # sin θ / θ
-    b = 0.5 * np.sinc(angle / (2 * np.pi)) ** 2  # (1 − cos θ) / θ², without the cancellation
-    q = angle * angle
-    if angle < SMALL_ANGLE:
-        c = 1 / 6 - q / 120 + q**2 / 5040 - q**3 / 362880 + q**4 / 39916800
-    else:
-        c = (1 - a) / q
-    T = np.eye(4)
-    T[:3, :3] += a * W + b * (W @ W)
-    T[:3, 3] = v + b * (W @ v) + c * (W @ (W @ v))
-    return T
-
-
-def log(T: ArrayLike) -> NDArray[np.float64]:
-    """Turn a rigid transform into its twist: the inverse of `exp` for turns below π, where it is unique.
-
-    Parameters
-    ----------
-    T : (4, 4) rigid.
-
-    Returns
-    -------
-    (6,) float64 = (v, w): v in metres, w in radians with |w| ≤ π. At exactly π both signs of w are right; one is given.
-
-    Raises
-    ------
-    ValueError
-        If T is not rigid.
-
-    Notes
-    -----
-    The rotation goes through its quaternion, whose half angle is read with atan2: exact near 0, where the arc cosine of
-    the trace loses half the digits, and near π, where R − Rᵀ vanishes.
-
-    Examples
-    --------
-    >>> log(rotation_x(0.25)).round(9).tolist()
-    [0.0, 0.0, 0.0, 0.25, 0.0, 0.0]
-    """
-    T = check_rigid(T)
-    w = _rotation_vector(T[:3, :3])
-    angle = float(np.linalg.norm(w))
-    W = hat(w)
-    q = angle * angle
-    if angle < SMALL_ANGLE:
-        d = 1 / 12 + q / 720 + q**2 / 30240 + q**3 / 1209600 + q**4 / 47900160
-    else:
-        d = (1 - 0.5 * angle * np.cos(0.5 * angle) / np.sin(0.5 * angle)) / q
-    t = T[:3, 3]
-    v = t - 0.5 * (W @ t) + d * (W @ (W @ t))
-    return np.concatenate([v, w])
-
-
-def _rotation_vector(R: NDArray[np.float64]) -> NDArray[np.float64]:
-    x, y, z, w = _quaternion_xyzw(R)
-    sine = float(np.sqrt(x * x + y * y + z * z))  # of half the angle; w is its cosine, never negative
-    scale = 2.0 * np.arctan2(sine, w) / sine if sine > 1e-8 else 2.0
-    return scale * np.array([x, y, z])
-
-
-def _quaternion_xyzw(R: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Shepperd's method: the largest of the four components is found first and never divided by."""
-    trace = np.trace(R)
-    largest = int(np.argmax([R[0, 0], R[1, 1], R[2, 2], trace]))
-    if largest == 3:
-        q = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1], 1 + trace])
-    else:
-        i, j, k = largest, (largest + 1) % 3, (largest + 2) % 3
-        q = np.empty(4)
-        q[i] = 1 + 2 * R[i, i] - trace
-        q[j] = R[j, i] + R[i, j]
-        q[k] = R[k, i] + R[i, k]
-        q[3] = R[k, j] - R[j, k]
-    q /= np.linalg.norm(q)
-    return -q if q[3] < 0 else q
 
 
 def rotation_x(angle: float) -> NDArray[np.float64]:
@@ -453,69 +273,8 @@ def pose_error(T_estimated: ArrayLike, T_true: ArrayLike) -> PoseError:
     (3.0, 0.0)
     """
     estimated, true = check_rigid(T_estimated, "T_estimated"), check_rigid(T_true, "T_true")
-    turn = _rotation_vector(estimated[:3, :3].T @ true[:3, :3])
+    turn = rotation_vector(estimated[:3, :3].T @ true[:3, :3])
     return PoseError(
         degrees=float(np.degrees(np.linalg.norm(turn))),
         metres=float(np.linalg.norm(estimated[:3, 3] - true[:3, 3])),
     )
-
-
-def from_quaternion_xyzw(q: ArrayLike, t: ArrayLike = (0.0, 0.0, 0.0)) -> NDArray[np.float64]:
-    """Build a transform from a unit quaternion in the order x, y, z, w (as ROS, TUM files and SciPy write it).
-
-    Parameters
-    ----------
-    q : (4,) x, y, z, w; normalised here, so that files with four decimals are welcome.
-    t : (3,) translation, metres.
-
-    Returns
-    -------
-    (4, 4) float64.
-
-    Raises
-    ------
-    ValueError
-        If q is not four finite numbers, or its length is not 1 within 1 %.
-
-    Examples
-    --------
-    >>> bool(np.allclose(from_quaternion_xyzw([0, 0, 0, 1]), np.eye(4)))
-    True
-    """
-    q = checks.vector(q, 4, "q")
-    length = float(np.linalg.norm(q))
-    if abs(length - 1) > 0.01:
-        raise ValueError(f"q: a rotation needs a quaternion of length 1, got {length:.4g}; check the columns (x, y, z, w).")
-    x, y, z, w = q / length
-    R = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-    return from_rotation_translation(R, t)
-
-
-def to_quaternion_xyzw(T: ArrayLike) -> NDArray[np.float64]:
-    """Return the rotation of `T` as a unit quaternion x, y, z, w with w ≥ 0 (q and −q are the same rotation).
-
-    Parameters
-    ----------
-    T : (4, 4) rigid; the translation is T[:3, 3].
-
-    Returns
-    -------
-    (4,) float64.
-
-    Raises
-    ------
-    ValueError
-        If T is not rigid.
-
-    Examples
-    --------
-    >>> to_quaternion_xyzw(rotation_x(np.pi)).round(9).tolist()
-    [1.0, 0.0, 0.0, 0.0]
-    """
-    return _quaternion_xyzw(check_rigid(T)[:3, :3])
