@@ -6,19 +6,22 @@ The truth of a case normally stands in `case.hidden["truth"]`; a judge of a task
 
 from __future__ import annotations
 
-import difflib
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import maximum_bipartite_matching
 from scipy.spatial import cKDTree
 
+from course_lib.tasks.choices import judge_band, judge_choice, judge_words
 from course_lib.tasks.core import Verdict
 from course_lib.tasks.plain import Plain, describe
 from course_lib.tasks.wording import (
     array_problem,
     expected,
+    is_,
     measured,
     not_numbers,
     place_of,
@@ -68,12 +71,12 @@ def judge_number(answer: Plain, truth: float, tolerance: float, unit: str = "", 
         return refuse(expected("a number", answer, what), tolerance, unit)
     if isinstance(truth, (int, float)) and math.isnan(truth):
         return (
-            Verdict(True, 0.0, tolerance, unit, what, f"{up(what)} is NaN, as it should be.")
+            Verdict(True, 0.0, tolerance, unit, what, f"{is_(what)} NaN, as it should be.")
             if math.isnan(answer)
-            else refuse(f"{up(what)} is {describe(answer)}: expected NaN, there is no value here.", tolerance, unit)
+            else refuse(f"{is_(what)} {describe(answer)}: expected NaN, there is no value here.", tolerance, unit)
         )
     if not math.isfinite(answer):
-        return refuse(f"{up(what)} is {answer}: expected a finite number.", tolerance, unit)
+        return refuse(f"{is_(what)} {answer}: expected a finite number.", tolerance, unit)
     error = abs(float(answer) - float(truth))
     return measured(error, tolerance, unit, what, "")
 
@@ -110,23 +113,23 @@ def judge_array(
     missing, hole = np.isnan(values), np.isnan(true)
     if (missing & ~hole).any():
         return refuse(
-            f"{up(what)} is NaN {share(missing & ~hole)} where a number is expected "
+            f"{is_(what)} NaN {share(missing & ~hole)} where a number is expected "
             f"(first at {position(missing & ~hole)}).",
             top,
             unit,
         )
     if (hole & ~missing).any():
         return refuse(
-            f"{up(what)} has a value {share(hole & ~missing)} where NaN is expected, because nothing was "
+            f"{up(what)}: a number {share(hole & ~missing)} where NaN is expected, because nothing was "
             f"measured (first at {position(hole & ~missing)}).",
             top,
             unit,
         )
     if (np.isinf(values) & ~np.isinf(true)).any():
         wrong = np.isinf(values) & ~np.isinf(true)
-        return refuse(f"{up(what)} is infinite {share(wrong)} (first at {position(wrong)}).", top, unit)
+        return refuse(f"{is_(what)} infinite {share(wrong)} (first at {position(wrong)}).", top, unit)
     if values.size == 0 or hole.all():
-        return Verdict(True, 0.0, top, unit, what, f"{up(what)} is as it should be.")
+        return Verdict(True, 0.0, top, unit, what, f"{is_(what)} as it should be.")
     with np.errstate(invalid="ignore"):
         off = np.where(hole | (values == true), 0.0, np.abs(values - true))
     allowed = np.broadcast_to(np.asarray(tolerance, dtype=float), off.shape)
@@ -151,7 +154,8 @@ def judge_transform(
     if not np.isfinite(T).all():
         return refuse(f"{up(what)} holds NaN or infinity at {position(~np.isfinite(T))}.", degrees, "deg")
     if np.abs(T[3] - [0, 0, 0, 1]).max() > 1e-6:
-        return refuse(f"The last row of {what} is not 0 0 0 1: is it transposed?", degrees, "deg")
+        hint = ": is it transposed?" if np.abs(T[:, 3] - [0, 0, 0, 1]).max() <= 1e-6 else "."
+        return refuse(f"The last row of {what} is not 0 0 0 1{hint}", degrees, "deg")
     R = T[:3, :3]
     if np.abs(R.T @ R - np.eye(3)).max() > 1e-4:
         return refuse(
@@ -187,7 +191,7 @@ def judge_points_set(
     values = np.asarray(answer, dtype=float)
     if values.ndim != 2 or values.shape[1] != truth.shape[1]:
         return refuse(
-            f"{up(what)}: expected {form}, got {values.shape}{transposed(values.shape, truth.shape)}.", tolerance, unit
+            f"{up(what)}: expected {form}, got {values.shape}{transposed(values.shape, truth.shape)}", tolerance, unit
         )
     if not np.isfinite(values).all():
         return refuse(
@@ -197,12 +201,26 @@ def judge_points_set(
         return refuse(f"{up(what)}: expected {len(truth):,}, got {len(values):,}.", tolerance, unit)
     if len(values) == 0:
         return Verdict(True, 0.0, tolerance, unit, what, f"{up(what)}: none, as it should be.")
-    forward, backward = cKDTree(truth).query(values)[0], cKDTree(values).query(truth)[0]
-    if forward.max() >= backward.max():
-        return measured(
-            float(forward.max()), tolerance, unit, what, place_of((int(forward.argmax()),), values.shape[:1])
-        )
-    return measured(float(backward.max()), tolerance, unit, what, "a point that is missing in yours")
+    mine, true = cKDTree(values), cKDTree(truth)
+    forward, backward = true.query(values)[0], mine.query(truth)[0]
+    if forward.max() > max(tolerance, backward.max()):
+        place = place_of((int(forward.argmax()),), values.shape[:1])
+        return measured(float(forward.max()), tolerance, unit, what, place)
+    if backward.max() > tolerance:
+        return measured(float(backward.max()), tolerance, unit, what, "a true point that has no partner among yours")
+    partners = true.query_ball_point(values, tolerance)
+    pairs = csr_matrix(
+        (
+            np.ones(sum(map(len, partners)), bool),
+            np.concatenate(partners).astype(int),
+            np.cumsum([0, *map(len, partners)]),
+        ),
+        shape=(len(values), len(truth)),
+    )
+    alone = int((maximum_bipartite_matching(pairs, perm_type="column") < 0).sum())
+    if alone:
+        return refuse(f"{up(what)}: {alone:,} too many in one place, as many missing in another.", tolerance, unit, what)
+    return measured(float(forward.max()), tolerance, unit, what, "")
 
 
 def judge_labels(answer: Plain, truth: np.ndarray, *, least: float = 1.0, what: str = "the labels") -> Verdict:
@@ -214,100 +232,11 @@ def judge_labels(answer: Plain, truth: np.ndarray, *, least: float = 1.0, what: 
         return refuse(problem, most, "%")
     wrong = np.asarray(answer) != truth
     if not wrong.any():
-        return Verdict(True, 0.0, most, "%", what, f"{up(what)} agree everywhere.")
+        return Verdict(True, 0.0, most, "%", what, f"{is_(what)} right everywhere.")
     error = 100 * float(wrong.mean())
     extra = ""
     if truth.dtype.kind == "b":
         extra = f": {int((wrong & ~truth).sum()):,} True too many, {int((wrong & truth).sum()):,} too few"
     return Verdict(
-        error <= most, error, most, "%", what, f"{up(what)} differ {share(wrong)} (first at {position(wrong)}){extra}."
+        error <= most, error, most, "%", what, f"{is_(what)} wrong {share(wrong)} (first at {position(wrong)}){extra}."
     )
-
-
-def judge_choice(answer: Plain, truth: Plain, choices: Sequence[str], what: str = "the choice") -> Verdict:
-    """One choice, or a dict or list of them; the score is the share that is right.
-
-    Parameters
-    ----------
-    answer, truth : a text of `choices`, or a dict (or list) of such texts.
-    """
-    if isinstance(truth, str):
-        problem = _choice_problem(answer, choices, what)
-        if problem:
-            return refuse(problem, 0.2, "wrong")
-        if answer == truth:
-            return Verdict(True, 0.0, 0.2, "wrong", what, f"{up(what)} is right.")
-        return Verdict(False, 1.0, 0.2, "wrong", what, f"{up(what)} is not {answer!r}.")
-    names = list(truth) if isinstance(truth, Mapping) else list(range(len(truth)))
-    kind = "dict" if isinstance(truth, Mapping) else "list"
-    if type(answer).__name__ != kind or len(answer) != len(names) or (kind == "dict" and set(answer) != set(names)):
-        keys = ", ".join(repr(name) for name in names)
-        expected = f"a dict with the keys {keys}" if kind == "dict" else f"a list of {len(names)} texts"
-        return refuse(expected(expected, answer, what), 0.2, "wrong")
-    for name in names:
-        problem = _choice_problem(answer[name], choices, f"{what} for {name!r}")
-        if problem:
-            return refuse(problem, 0.2, "wrong")
-    wrong = [name for name in names if answer[name] != truth[name]]
-    message = f"{len(names) - len(wrong)} of {len(names)} are right."
-    return Verdict(not wrong, float(len(wrong)), 0.2, "wrong", what, message, 1 - len(wrong) / len(names))
-
-
-def _choice_problem(answer: Plain, choices: Sequence[str], what: str) -> str:
-    if not isinstance(answer, str):
-        return expected("one of the texts " + ", ".join(map(repr, choices)), answer, what)
-    if answer in choices:
-        return ""
-    near = difflib.get_close_matches(answer, choices, 1)
-    hint = f"did you mean {near[0]!r}?" if near else "the choices are " + ", ".join(map(repr, choices)) + "."
-    return f"{up(what)}: {answer[:60]!r} is none of the choices; {hint}"
-
-
-def judge_words(answer: Plain, most: int = 60) -> Verdict:
-    """A text of 1 to `most` words, to be marked by hand: right here only means that it can be handed in."""
-    if not isinstance(answer, str):
-        return refuse(expected("a text in quotes", answer, "the answer"))
-    count = len(answer.split())
-    if count == 0 or set(answer) <= set(". …\n\t"):
-        return refuse("The text is empty: write your explanation between the quotes.")
-    if count > most:
-        return Verdict(False, count, most, "words", "length", f"The text has {count} words: {most} are the most.")
-    return Verdict(True, count, most, "words", "length", f"{count} of at most {most} words.")
-
-
-def judge_band(
-    value: float,
-    bands: Sequence[tuple[float, float]],
-    unit: str = "",
-    *,
-    better: str = "smaller",
-    what: str = "the result",
-) -> Verdict:
-    """An open-ended result, scored by the best band that it reaches.
-
-    Parameters
-    ----------
-    value : what was measured of the answer.
-    bands : (threshold, score) from the hardest to the easiest: ((1e-3, 1.0), (3e-3, 0.7), (1e-2, 0.3)).
-    better : "smaller" or "larger".
-
-    Returns
-    -------
-    A verdict that passes with half the score; the message names the band reached and the next one. Its error is what
-    is missing to the hardest band, its tolerance the width of that band's step to the next.
-    """
-    sign = 1.0 if better == "smaller" else -1.0
-    hardest = bands[0][0]
-    step = abs(bands[1][0] - hardest) if len(bands) > 1 else abs(hardest)
-    if not math.isfinite(value):
-        return refuse(f"{up(what)} is not finite.", step, unit)
-    reached = next((index for index, (limit, _) in enumerate(bands) if sign * value <= sign * limit), len(bands))
-    score = bands[reached][1] if reached < len(bands) else 0.0
-    bound = "under" if better == "smaller" else "over"
-    message = f"{up(what)} reaches no band yet"
-    if score:
-        message = f"{up(what)} is {bound} {quantity(bands[reached][0], unit)}"
-    if reached > 0:
-        message += f"; the next band begins {bound} {quantity(bands[reached - 1][0], unit)}"
-    missing = max(0.0, sign * (float(value) - hardest))
-    return Verdict(score >= 0.5, missing, step, unit, what, message + ".", score)

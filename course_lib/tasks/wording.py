@@ -12,7 +12,7 @@ from course_lib.tasks.core import Verdict
 from course_lib.tasks.plain import Plain, describe
 
 _STEPS = {
-    "m": ((1e-6, 1e-9, "nm"), (1e-3, 1e-6, "µm"), (1.0, 1e-3, "mm")),
+    "m": ((1e-8, 1e-9, "nm"), (1e-5, 1e-6, "µm"), (1.0, 1e-3, "mm")),
     "s": ((1e-3, 1e-6, "µs"), (1.0, 1e-3, "ms")),
 }
 
@@ -26,7 +26,7 @@ def quantity(value: float, unit: str = "", digits: int = 3) -> str:
             return quantity(value / factor, name, digits)
     if not math.isfinite(value):
         text = "infinitely much" if math.isinf(value) else "NaN"
-    elif value == 0 or 1e-3 <= abs(value) < 1e7:
+    elif value == 0 or 1e-5 <= abs(value) < 1e7:
         decimals = max(0, digits - 1 - (math.floor(math.log10(abs(value))) if value else digits))
         text = f"{round(value, decimals):,.{decimals}f}"
         text = text.rstrip("0").rstrip(".") if "." in text else text
@@ -42,17 +42,11 @@ def refuse(message: str, tolerance: float = 0.0, unit: str = "", axis: str = "")
 
 def measured(error: float, tolerance: float, unit: str, axis: str, place: str) -> Verdict:
     passed = error <= tolerance
-    where = f" ({place})" if place else ""
+    where = f" at worst ({place})" if place else ""
     allowed = f"; {quantity(tolerance, unit)} is allowed"
-    message = (
-        f"{up(axis)} is within {quantity(tolerance, unit)}."
-        if passed
-        else (
-            f"{up(axis)} is off by {quantity(error, unit)} at worst{where}{allowed}."
-            if place
-            else f"{up(axis)} is off by {quantity(error, unit)}{allowed}."
-        )
-    )
+    message = f"{is_(axis)} off by {quantity(error, unit)}{where}{allowed}."
+    if passed:
+        message = f"{is_(axis)} within {quantity(tolerance, unit)}."
     return Verdict(passed, error, tolerance, unit, axis, message)
 
 
@@ -81,7 +75,7 @@ def array_problem(answer: Plain, truth: np.ndarray, what: str, kind: str | None,
         return problem
     values = np.asarray(answer)
     if values.shape != truth.shape:
-        return f"{up(what)}: expected shape {truth.shape}, got {values.shape}{transposed(values.shape, truth.shape)}."
+        return f"{up(what)}: expected shape {truth.shape}, got {values.shape}{transposed(values.shape, truth.shape)}"
     if dtype is not None and values.dtype != np.dtype(dtype):
         return (
             f"{up(what)}: expected dtype {np.dtype(dtype)}, got {values.dtype}: .astype({np.dtype(dtype)}) changes it."
@@ -94,13 +88,14 @@ def array_problem(answer: Plain, truth: np.ndarray, what: str, kind: str | None,
 
 
 def transposed(got: tuple[int, ...], expected: tuple[int, ...]) -> str:
+    """How a sentence on a wrong shape ends: with the likely reason, if there is one."""
     if len(got) == len(expected) > 1 and got == expected[::-1]:
         return ": transpose?"
     if math.prod(got) == math.prod(expected):
         return ": reshape?"
     if len(got) == len(expected) and got[1:] == expected[1:]:
-        return f": {abs(got[0] - expected[0]):,} rows too {'many' if got[0] > expected[0] else 'few'}"
-    return ""
+        return f": {abs(got[0] - expected[0]):,} rows too {'many' if got[0] > expected[0] else 'few'}."
+    return "."
 
 
 def share(wrong: np.ndarray) -> str:
@@ -119,5 +114,12 @@ def place_of(index: Sequence[int], shape: Sequence[int]) -> str:
     return "at [" + ", ".join(str(int(i)) for i in index) + "]" if index else ""
 
 
+def is_(what: str) -> str:
+    """The subject of a sentence with its verb: "The depth is", "The points are", "x is"."""
+    plural = what.endswith("s") and not what.endswith(("ss", "us", "is", "as"))
+    return f"{up(what)} {'are' if plural else 'is'}"
+
+
 def up(text: str) -> str:
+    """A sentence's first word with a capital; the name of an axis stays as it is."""
     return text[:1].upper() + text[1:] if len(text) > 1 else text

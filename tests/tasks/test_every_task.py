@@ -175,7 +175,7 @@ def test_misconception(task: Task, misconception: Any, shell: proofs.Shell, monk
         line = strict_line(shell, monkeypatch, task, source)
         assert line.startswith(f"CheckFailed: {task.label}: "), line
         assert misconception.message.strip().rstrip(".") in line
-        told = line.partition("This looks like ")[2]
+        told = line.partition("This looks like ")[2].replace(misconception.message.strip().rstrip("."), "")
         for other in task.misconceptions:
             if other is not misconception and other.name not in misconception.alike:
                 assert other.message.strip().rstrip(".") not in told
