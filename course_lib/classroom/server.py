@@ -76,7 +76,7 @@ def settings(tree: Tree, port: int, page: str) -> Path:
             "root_dir": str(tree.root),
             "default_url": "/" + page,
             # jupytext's would write a second file beside each notebook that it saves
-            "jpserver_extensions": {"jupyterlab": True, "jupytext": False},
+            "jpserver_extensions": {"jupyterlab": True, "jupytext": False, "jupyterlab_jupytext": False},
         },
         "LabApp": {"extension_manager": "readonly", "check_for_updates_class": "jupyterlab.NeverCheckForUpdate"},
         "KernelSpecManager": {"allowed_kernelspecs": ["python3"]},
