@@ -1055,7 +1055,7 @@ def doctor_before_set_up(known: Facts, as_csv: bool) -> int:
 
 
 def print_verdicts(verdicts: Sequence[Verdict], as_csv: bool) -> None:
-    """Print one line a verdict, with its mend below it; no user name and no path above the home folder."""
+    """Print one line a verdict, with its mend; no user name and no path above the home folder."""
 
     def clean(text: str) -> str:
         text = text.replace(str(ROOT), "course")
@@ -1071,9 +1071,8 @@ def print_verdicts(verdicts: Sequence[Verdict], as_csv: bool) -> None:
         writer.writerows([words[v.ok], v.name, clean(v.text), clean(v.mend)] for v in verdicts)
         return
     for v in verdicts:
-        print(f"{words[v.ok]:<5} {v.name:<16} {clean(v.text)}")
-        if v.mend:
-            print("{:<5} {:<16} mend: {}".format("", "", clean(v.mend)))
+        mend = f"  ->  {clean(v.mend)}" if v.mend else ""
+        print(f"{words[v.ok]:<5} {v.name:<17}{clean(v.text)}{mend}")
 
 
 def child_environment() -> Dict[str, str]:
