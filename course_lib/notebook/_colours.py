@@ -75,3 +75,31 @@ def colour_map(name: str, values: np.ndarray, limits: tuple[float, float]) -> np
     colours = colormaps[name](np.clip(np.where(measured, share, 0.0), 0.0, 1.0), bytes=True)[..., :3]
     colours[~measured] = rgb("no data")
     return colours
+
+
+def style() -> None:
+    """Give Matplotlib plots the course's fonts, sizes and colour cycle, by setting rcParams.
+
+    Applied by itself when `show` is imported in IPython, so that a lesson's plots look alike without a line of code;
+    elsewhere nothing global is touched.
+    """
+    from cycler import cycler
+    from matplotlib import rcParams
+
+    rcParams.update(
+        {
+            "axes.prop_cycle": cycler(color=[code for code, _ in CYCLE]),
+            "axes.spines.top": False,
+            "axes.spines.right": False,
+            "axes.grid": True,
+            "axes.axisbelow": True,
+            "grid.color": "#DDDDDD",
+            "grid.linewidth": 0.6,
+            "font.size": 10,
+            "axes.titlesize": 11,
+            "legend.frameon": False,
+            "figure.figsize": (7.0, 3.6),
+            "figure.constrained_layout.use": True,
+            "image.cmap": MAGNITUDES,
+        }
+    )

@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from course_lib.notebook import _colours as colours
+from course_lib.notebook._picture import INK, WIDTH
 from course_lib.notebook._scene import ColourBar
 from course_lib.notebook._views import View
 
-DPI = 200
-GAP, LABEL_ROW, TITLE_ROW, LEGEND_ROW, BAR_COLUMN = 24, 44, 56, 56, 190
-INK = "#222222"
+DPI = 160
+GAP, LABEL_ROW, TITLE_ROW, LEGEND_ROW, STRIP, BAR_COLUMN = 20, 36, 44, 46, 84, 136
+AXIS_COLOURS = ("#D55E00", "#009E73", "#0072B2")
 
 
 @dataclass(frozen=True)
@@ -36,33 +37,46 @@ class Panel:
 
 
 def columns_of(n: int) -> int:
-    """How many panels stand side by side."""
-    return n if n <= 4 else 3 if n in (5, 6, 9) else 4
+    """How many panels stand side by side, so that each can be read from the back of a room."""
+    return n if n <= 3 else 2 if n == 4 else 3 if n in (5, 6, 9) else 4
+
+
+def panel_width(n: int, bars: int = 0) -> int:
+    """Pixels that each of n panels in a row may be wide, where so many colour bars stand beside them."""
+    return (WIDTH - 2 * GAP - bars * BAR_COLUMN - (n - 1) * GAP) // n
 
 
 def compose(
     panels: list[Panel],
     *,
+    columns: int,
     title: str = "",
     legend: tuple[tuple[str, str], ...] = (),
     bar: ColourBar | None = None,
     hint: str = "",
     extend: str = "neither",
-    columns: int | None = None,
 ) -> np.ndarray:
-    """Lay out panels in rows: (H, W, 3) uint8."""
+    """Lay out panels in rows: (H, W, 3) uint8.
+
+    Parameters
+    ----------
+    panels : in reading order.
+    columns : panels in a row.
+    title, legend, bar : of the whole picture; `extend` as in Matplotlib's colorbar.
+    hint : a small line at the bottom.
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    n = columns or columns_of(len(panels))
-    rows = [panels[i : i + n] for i in range(0, len(panels), n)]
-    cell_width = max(panel.pixels.shape[1] + (BAR_COLUMN if panel.bar else 0) for panel in panels)
-    labels = LABEL_ROW if any(panel.label for panel in panels) else 0
-    heights = [max(panel.pixels.shape[0] for panel in row) + labels for row in rows]
-    top = TITLE_ROW if title else 0
+    rows = [panels[i : i + columns] for i in range(0, len(panels), columns)]
+    widths = [max(_width(row[k]) for row in rows if k < len(row)) for k in range(len(rows[0]))]
+    labels = [LABEL_ROW if any(panel.label for panel in row) else 0 for row in rows]
+    strip = STRIP if any(panel.view is not None for panel in panels) else 0
+    heights = [max(panel.pixels.shape[0] for panel in row) + strip for row in rows]
+    top = GAP + (TITLE_ROW if title else 0)
     bottom = (LEGEND_ROW if legend else 0) + (LABEL_ROW if hint else 0)
-    width = n * cell_width + (n - 1) * GAP + (BAR_COLUMN if bar else 0) + 2 * GAP
-    height = top + sum(heights) + (len(rows) - 1) * GAP + bottom + 2 * GAP
+    width = sum(widths) + (len(widths) - 1) * GAP + (BAR_COLUMN if bar else 0) + 2 * GAP
+    height = top + sum(heights) + sum(labels) + (len(rows) - 1) * GAP + bottom + GAP
     figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, facecolor="white")
     canvas = FigureCanvasAgg(figure)
 
@@ -72,38 +86,55 @@ def compose(
     def write(x: float, y: float, text: str, size: float, **style) -> None:
         figure.text(x / width, 1 - y / height, text, fontsize=size, color=INK, **style)
 
-    y = GAP + top
     if title:
         write(GAP, GAP + 4, title, 10.5, weight="bold", va="top")
-    for row, row_height in zip(rows, heights, strict=True):
+    y = top
+    for row, row_height, label_height in zip(rows, heights, labels, strict=True):
         x = GAP
-        for panel in row:
+        for panel, column_width in zip(row, widths, strict=False):
             high, wide = panel.pixels.shape[:2]
             if panel.label:
                 write(x + wide / 2, y + 4, panel.label, 9, ha="center", va="top")
-            axes = place(x, y + labels, wide, high)
+            axes = place(x, y + label_height, wide, high)
             axes.imshow(panel.pixels, interpolation="none", aspect="auto")
             axes.set_axis_off()
             if panel.view is not None:
-                _axes_mark(axes, panel.view)
-                _scale_bar(axes, panel.view)
+                _scale_strip(place(x, y + label_height + high, wide, STRIP), panel.view)
             if panel.bar is not None:
-                _colour_bar(place(x + wide + 18, y + labels + 0.04 * high, 26, 0.92 * high), panel.bar, panel.extend)
-            x += cell_width + GAP
-        y += row_height + GAP
+                beside = place(x + wide + 14, y + label_height + 0.04 * high, 20, 0.92 * high)
+                _colour_bar(beside, panel.bar, panel.extend)
+            x += column_width + GAP
+        y += row_height + label_height + GAP
     if bar is not None:
-        high = min(sum(heights) - labels, 900)
-        _colour_bar(place(width - GAP - BAR_COLUMN + 24, GAP + top + labels + 0.05 * high, 28, 0.9 * high), bar, extend)
+        high = heights[0] - strip
+        beside = place(width - GAP - BAR_COLUMN + 18, top + labels[0] + 0.05 * high, 20, 0.9 * high)
+        _colour_bar(beside, bar, extend)
     if legend:
-        from matplotlib.lines import Line2D
-
-        handles = [Line2D([], [], marker="o", linestyle="", markersize=8, color=code, label=name) for name, code in legend]
-        figure.legend(handles=handles, loc="lower center", ncols=min(len(handles), 6), frameon=False, fontsize=9,
-                      labelcolor=INK, bbox_to_anchor=(0.5, (LABEL_ROW if hint else 0) / height), handletextpad=0.2)
+        _legend(figure, legend, (LABEL_ROW if hint else 0) / height)
     if hint:
         write(GAP, height - 6, hint, 7, va="bottom", style="italic")
     canvas.draw()
     return np.array(canvas.buffer_rgba())[..., :3]
+
+
+def _width(panel: Panel) -> int:
+    return panel.pixels.shape[1] + (BAR_COLUMN if panel.bar else 0)
+
+
+def _legend(figure, entries: tuple[tuple[str, str], ...], bottom: float) -> None:
+    from matplotlib.lines import Line2D
+
+    handles = [Line2D([], [], marker="o", linestyle="", markersize=8, color=code, label=name) for name, code in entries]
+    figure.legend(
+        handles=handles,
+        loc="lower center",
+        ncols=min(len(handles), 6),
+        frameon=False,
+        fontsize=9,
+        labelcolor=INK,
+        bbox_to_anchor=(0.5, bottom),
+        handletextpad=0.2,
+    )
 
 
 def _colour_bar(axes, bar: ColourBar, extend: str) -> None:
@@ -119,33 +150,37 @@ def _colour_bar(axes, bar: ColourBar, extend: str) -> None:
     drawn.outline.set_linewidth(0.4)
 
 
-def _axes_mark(axes, view: View) -> None:
-    """Draw x, y and z as they lie in this view, at the lower left."""
-    length = 44.0
-    origin = np.array([64.0, view.height - 64.0])
-    for name, axis, colour in zip("xyz", np.eye(3), ("#D55E00", "#009E73", "#0072B2"), strict=True):
-        tip = np.array([axis @ view.right, -(axis @ view.up)]) * length
-        if np.linalg.norm(tip) < 0.2 * length:
-            continue
-        axes.annotate("", origin + tip, origin, arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 1.3, "shrinkA": 0,
-                                                           "shrinkB": 0, "mutation_scale": 7})
-        axes.text(*(origin + tip * 1.4), name, fontsize=7.5, color=colour, ha="center", va="center", weight="bold")
-
-
-def _scale_bar(axes, view: View) -> None:
-    """Draw a round length in metres at the lower right; only parallel views have one that is true."""
-    if view.pixels_per_metre is None:
-        return
-    longest = 0.28 * view.width / view.pixels_per_metre
-    power = 10.0 ** math.floor(math.log10(longest))
-    metres = next(step * power for step in (5, 2, 1) if step * power <= longest)
-    right, y = view.width - 24.0, view.height - 24.0
-    left = right - metres * view.pixels_per_metre
-    axes.plot([left, right], [y, y], color=INK, lw=1.6, solid_capstyle="butt")
-    text = f"{metres:g} m" if metres >= 0.5 else f"{metres * 100:g} cm" if metres >= 0.01 else f"{metres * 1000:g} mm"
-    axes.text((left + right) / 2, y - 8, text, fontsize=8, color=INK, ha="center", va="bottom")
+def _scale_strip(axes, view: View) -> None:
+    """Draw, under a panel, how x, y and z lie in it and how long a metre is."""
+    axes.set_axis_off()
     axes.set_xlim(0, view.width)
-    axes.set_ylim(view.height, 0)
+    axes.set_ylim(STRIP, 0)
+    tips = [np.array([axis @ view.right, -(axis @ view.up)]) * 32.0 for axis in np.eye(3)]
+    origin = np.array([56.0, STRIP / 2]) - (np.max([*tips, (0, 0)], axis=0) + np.min([*tips, (0, 0)], axis=0)) / 2
+    for name, tip, colour in zip("xyz", tips, AXIS_COLOURS, strict=True):
+        if np.linalg.norm(tip) < 8:
+            continue
+        arrow = {"arrowstyle": "-|>", "color": colour, "lw": 1.3, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
+        axes.annotate("", origin + tip, origin, arrowprops=arrow)
+        axes.text(*(origin + tip * 1.45), name, fontsize=7.5, color=colour, ha="center", va="center", weight="bold")
+    if view.pixels_per_metre is None:  # in perspective no length is true everywhere
+        return
+    metres = round_length(0.3 * view.width / view.pixels_per_metre)
+    right, y = view.width - 20.0, STRIP / 2 + 12
+    left = right - metres * view.pixels_per_metre
+    axes.plot([left, right], [y, y], color=INK, lw=1.8, solid_capstyle="butt")
+    axes.text((left + right) / 2, y - 8, length_text(metres), fontsize=8, color=INK, ha="center", va="bottom")
+
+
+def round_length(longest: float) -> float:
+    """Return the longest of 1, 2, 5, 10 ... that is not over a length in metres."""
+    power = 10.0 ** math.floor(math.log10(longest))
+    return next(step * power for step in (5, 2, 1) if step * power <= longest)
+
+
+def length_text(metres: float) -> str:
+    """Write a round length: "50 cm"."""
+    return f"{metres:g} m" if metres >= 1 else f"{metres * 100:g} cm" if metres >= 0.01 else f"{metres * 1000:g} mm"
 
 
 def no_data_entry() -> tuple[str, str]:

@@ -5,21 +5,25 @@ from __future__ import annotations
 import numpy as np
 
 from course_lib.notebook import _colours as colours
-from course_lib.notebook._compose import BAR_COLUMN, GAP, Panel, columns_of, compose, no_data_entry
-from course_lib.notebook._picture import WIDTH, Picture, picture_of
+from course_lib.notebook._compose import Panel, columns_of, compose, no_data_entry, panel_width
+from course_lib.notebook._picture import Picture, picture_of
 from course_lib.notebook._scene import ColourBar
-from course_lib.notebook._words import amount, number
+from course_lib.notebook._words import amount, number, sentence
 
 
-def depth_picture(depths: dict[str, np.ndarray], title: str, near: float | None, far: float | None, alt: str) -> Picture:
+def depth_picture(
+    depths: dict[str, np.ndarray], title: str, near: float | None, far: float | None, columns: int | None, alt: str
+) -> Picture:
     """Draw depth images in metres side by side with one colour bar. See `show.depth`."""
     clean = {name: _metres(depth) for name, depth in depths.items()}
     limits, extend = _depth_limits(list(clean.values()), near, far)
-    width = (WIDTH - 2 * GAP - BAR_COLUMN) // columns_of(len(clean)) - GAP
+    columns = columns or columns_of(len(clean))
+    width = panel_width(columns, bars=1)
     panels = [Panel(name, depth_pixels(depth, limits, width)) for name, depth in clean.items()]
     holes = any(np.isnan(depth).any() for depth in clean.values())
     bar = ColourBar("depth z (m)", colours.MAGNITUDES, limits)
-    pixels = compose(panels, title=title, legend=(no_data_entry(),) if holes else (), bar=bar, extend=extend)
+    legend = (no_data_entry(),) if holes else ()
+    pixels = compose(panels, columns=columns, title=title, legend=legend, bar=bar, extend=extend)
     parts = [depth_text(depth, name) for name, depth in clean.items()]
     span = f"Colours: {number(limits[0], 2)} m dark blue to {number(limits[1], 2)} m yellow."
     return picture_of(pixels, " ".join([*([sentence(alt)] if alt else []), *parts, span]))
@@ -37,12 +41,10 @@ def depth_text(depth: np.ndarray, name: str = "") -> str:
     share = 100 * (1 - measured.size / depth.size)
     called = f" '{name}'" if name else ""
     near, middle, far = (number(float(q), 3) for q in np.percentile(measured, [1, 50, 99]))
+    holes = f"no data in {amount(share, '%', 2)} (pale pink)" if share > 0 else "every pixel measured"
     return (
-        f"Depth image{called} of {columns} × {rows} pixels: median {middle} m, 98 % of it between {near} and {far} m; "
-        f"no data in {amount(share, '%', 2)} (pale pink)."
-        if share > 0
-        else f"Depth image{called} of {columns} × {rows} pixels: median {middle} m, 98 % of it between {near} and {far} m; "
-        "every pixel measured."
+        f"Depth image{called} of {columns} × {rows} pixels: "
+        f"median {middle} m, 98 % of it between {near} and {far} m; {holes}."
     )
 
 
@@ -53,8 +55,8 @@ def _metres(depth: np.ndarray) -> np.ndarray:
         raise ValueError(f"A depth image is (H, W) and this has shape {depth.shape}: for colour use show.images.")
     if depth.dtype.kind != "f":
         raise ValueError(
-            f"This depth image holds {depth.dtype} numbers, not metres: decode it first (rgbd.decode_depth), or look at the "
-            "numbers as they are with show.images({'raw': raw})."
+            f"This depth image holds {depth.dtype} numbers, not metres: decode it first (rgbd.decode_depth), or look "
+            "at the numbers as they are with show.images({'raw': raw})."
         )
     clean = np.where(np.isfinite(depth) & (depth > 0), depth, np.nan).astype(np.float64)
     if not np.isfinite(clean).any():
@@ -62,9 +64,7 @@ def _metres(depth: np.ndarray) -> np.ndarray:
     return clean
 
 
-def _depth_limits(
-    depths: list[np.ndarray], near: float | None, far: float | None
-) -> tuple[tuple[float, float], str]:
+def _depth_limits(depths: list[np.ndarray], near: float | None, far: float | None) -> tuple[tuple[float, float], str]:
     """Choose the ends of the colour bar, and on which side values lie beyond it."""
     measured = np.concatenate([depth[np.isfinite(depth)] for depth in depths])
     low, high = (float(q) for q in np.percentile(measured, [0.5, 99.5]))
@@ -84,20 +84,28 @@ def images_picture(
     unit: str,
     limits: tuple[float, float] | None,
     signed: bool,
+    columns: int | None,
     alt: str,
 ) -> Picture:
     """Draw images of any kind side by side. See `show.images`."""
     if not images:
         raise ValueError("show.images needs at least one image: pass {'title': array}.")
-    n = columns_of(len(images))
+    columns = columns or columns_of(len(images))
+    bars = max(sum(map(_needs_bar, list(images.values())[i : i + columns])) for i in range(0, len(images), columns))
+    width = panel_width(columns, bars)
     panels, parts, legend = [], [], []
     for name, image in images.items():
-        panel, text, entries = _image_panel(name, image, unit, limits, signed, (WIDTH - 2 * GAP) // n - GAP)
+        panel, text, entries = _image_panel(name, image, unit, limits, signed, width)
         panels.append(panel)
         parts.append(text)
         legend += [entry for entry in entries if entry not in legend]
-    pixels = compose(panels, title=title, legend=tuple(legend))
+    pixels = compose(panels, columns=columns, title=title, legend=tuple(legend))
     return picture_of(pixels, " ".join([*([sentence(alt)] if alt else []), *parts]))
+
+
+def _needs_bar(image: object) -> bool:
+    """Say whether an image holds numbers that only a colour bar explains."""
+    return not isinstance(image, Picture) and np.ndim(image) == 2 and np.asarray(image).dtype not in (np.uint8, bool)
 
 
 def _image_panel(
@@ -119,7 +127,11 @@ def _image_panel(
         yes, no = np.array(colours.rgb("inlier"), np.uint8), np.array((235, 235, 235), np.uint8)
         share = amount(100 * float(image.mean()), "%", 2)
         entries = [("yes", colours.COLOURS["inlier"]), ("no", "#EBEBEB")]
-        return Panel(name, fit_width(np.where(image[..., None], yes, no), width)), f"{start}: yes in {share} (blue).", entries
+        return (
+            Panel(name, fit_width(np.where(image[..., None], yes, no), width)),
+            f"{start}: yes in {share} (blue).",
+            entries,
+        )
     if image.dtype == np.uint8:
         low, high = image.min(), image.max()
         grey = np.repeat(image[..., None], 3, axis=2)
@@ -135,7 +147,7 @@ def _numbers_panel(name, image, start, unit, limits, signed, width) -> tuple[Pan
         low, high = (float(q) for q in np.percentile(finite, [0.5, 99.5]))
         limits = (-max(abs(low), abs(high)), max(abs(low), abs(high))) if signed else (low, high)
     map_name = colours.SIGNED if signed else colours.MAGNITUDES
-    pixels = fit_width(colours.colour_map(map_name, image, limits), width - BAR_COLUMN)
+    pixels = fit_width(colours.colour_map(map_name, image, limits), width)
     bar = ColourBar(unit, map_name, limits)
     near, middle, far = (number(float(q), 3) for q in np.percentile(finite, [1, 50, 99]))
     holes = 100 * (1 - finite.size / image.size)
@@ -155,17 +167,11 @@ def fit_width(pixels: np.ndarray, width: int) -> np.ndarray:
     return cv2.resize(pixels, (width, height), interpolation=cv2.INTER_NEAREST if grow else cv2.INTER_AREA)
 
 
-def sentence(text: str) -> str:
-    """End a text with a full stop."""
-    text = text.strip()
-    return text if text.endswith((".", "!", "?")) else f"{text}."
-
-
 def frames_picture(frames: list, title: str, alt: str) -> Picture:
     """Draw RGBDFrames: colour beside depth, a row a frame, one colour bar for all depths."""
     depths = [_metres(frame.depth) for frame in frames]
     limits, extend = _depth_limits(depths, None, None)
-    width = (WIDTH - 2 * GAP - BAR_COLUMN) // 2 - GAP
+    width = panel_width(2, bars=1)
     panels, parts = [], []
     for frame, depth in zip(frames, depths, strict=True):
         name = getattr(frame, "name", "") or ""
@@ -175,8 +181,7 @@ def frames_picture(frames: list, title: str, alt: str) -> Picture:
         parts.append(f"Colour image{f' {name!r}' if name else ''} of {columns} × {rows} pixels. {depth_text(depth)}")
     holes = any(np.isnan(depth).any() for depth in depths)
     bar = ColourBar("depth z (m)", colours.MAGNITUDES, limits)
-    pixels = compose(
-        panels, title=title, legend=(no_data_entry(),) if holes else (), bar=bar, extend=extend, columns=2
-    )
+    legend = (no_data_entry(),) if holes else ()
+    pixels = compose(panels, columns=2, title=title, legend=legend, bar=bar, extend=extend)
     span = f"Colours of depth: {number(limits[0], 2)} m dark blue to {number(limits[1], 2)} m yellow."
     return picture_of(pixels, " ".join([*([sentence(alt)] if alt else []), *parts, span]))

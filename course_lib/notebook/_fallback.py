@@ -1,4 +1,4 @@
-"""Drawing with Matplotlib where there is no OpenGL: the same views and scale, far things first, near things over them."""
+"""Drawing with Matplotlib where there is no OpenGL: the same views and scale, far things first, near ones over them."""
 
 from __future__ import annotations
 
@@ -27,42 +27,63 @@ def _draw(layers: tuple[Layer, ...], view: View, point_size: float, cull: bool) 
     axes.set_axis_off()
     axes.set_xlim(0, view.width)
     axes.set_ylim(view.height, 0)
-    seen = [(layer, *view.project(layer.points)) for layer in layers]
-    depths = np.concatenate([depth for _, _, depth in seen])
-    edges = np.linspace(depths.max(), depths.min(), SLABS + 1)
-    edges[0], edges[-1] = np.inf, -np.inf
-    for slab, (far, near) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
-        for layer, pixels, depth in seen:
-            _draw_slab(axes, layer, view, pixels, depth, (near, far), point_size, cull, slab)
+    primitives = [_primitives(layer, view, point_size, cull) for layer in layers]
+    depths = np.concatenate([depth for _, depth, _ in primitives])
+    if len(depths):
+        edges = np.linspace(depths.max(), depths.min(), SLABS + 1)
+        edges[0], edges[-1] = np.inf, -np.inf
+        for order, (far, near) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+            for layer, (shapes, depth, colour) in zip(layers, primitives, strict=True):
+                inside = (depth >= near) & (depth < far)
+                _add(axes, layer.kind, shapes[inside], colour[inside], point_size, order)
     canvas.draw()
     return np.array(canvas.buffer_rgba())[..., :3]
 
 
-def _draw_slab(axes, layer, view, pixels, depth, bounds, point_size, cull, order) -> None:
+def _primitives(layer: Layer, view: View, point_size: float, cull: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return what to draw of a layer, far things first: pixels, depths, colours (0..1) of its points or parts."""
+    pixels, depth = view.project(layer.points)
+    if layer.kind == "cloud":
+        chosen = _in_front(pixels, depth, view, max(1.0, point_size / 3))
+        return pixels[chosen], depth[chosen], layer.rgb[chosen] / 255.0
+    parts = layer.triangles if layer.kind == "mesh" else layer.segments
+    parts = parts[np.isfinite(pixels[parts]).all(axis=(1, 2))]
+    colour = layer.rgb[parts].mean(axis=1) / 255.0
+    if layer.kind == "mesh":
+        brightness, facing = _light(layer.points, parts, view)
+        parts, colour = (
+            (parts[facing], (colour * brightness[:, None])[facing]) if cull else (parts, colour * brightness[:, None])
+        )
+    middle = depth[parts].mean(axis=1)
+    order = np.argsort(-middle, kind="stable")
+    return pixels[parts[order]], middle[order], np.clip(colour[order], 0, 1)
+
+
+def _in_front(pixels: np.ndarray, depth: np.ndarray, view: View, cell: float) -> np.ndarray:
+    """Choose the nearest point of each small cell of the picture, far ones first: the others would be painted over."""
+    inside = np.flatnonzero(
+        np.isfinite(pixels).all(axis=1) & (pixels >= 0).all(axis=1) & (pixels < [view.width, view.height]).all(axis=1)
+    )
+    nearest_first = inside[np.argsort(depth[inside], kind="stable")]
+    cells = (pixels[nearest_first] // cell).astype(np.int64) @ [1, 1 << 20]
+    _, first = np.unique(cells, return_index=True)
+    return nearest_first[np.sort(first)[::-1]]
+
+
+def _add(axes, kind: str, shapes: np.ndarray, colour: np.ndarray, point_size: float, order: int) -> None:
     from matplotlib.collections import LineCollection, PolyCollection
 
-    near, far = bounds
-    if layer.kind == "cloud":
-        chosen = np.flatnonzero((depth >= near) & (depth < far))
-        chosen = chosen[np.argsort(-depth[chosen])]
-        area = (point_size * 72 / DPI) ** 2
-        axes.scatter(*pixels[chosen].T, s=area, c=layer.rgb[chosen] / 255.0, linewidths=0, zorder=order)
+    if len(shapes) == 0:
         return
-    parts = layer.triangles if layer.kind == "mesh" else layer.segments
-    middle = depth[parts].mean(axis=1)
-    chosen = np.flatnonzero((middle >= near) & (middle < far) & np.isfinite(pixels[parts]).all(axis=(1, 2)))
-    chosen = chosen[np.argsort(-middle[chosen])]
-    colour = layer.rgb[parts[chosen]].mean(axis=1) / 255.0
-    if layer.kind == "trajectory":
-        axes.add_collection(LineCollection(pixels[parts[chosen]], colors=colour, linewidths=2.5, zorder=order + 0.5))
-        return
-    shade, facing = _shade(layer.points, parts[chosen], view)
-    chosen, colour, shade = (a[facing] if cull else a for a in (chosen, colour, shade))
-    faces = np.clip(colour * shade[:, None], 0, 1)
-    axes.add_collection(PolyCollection(pixels[parts[chosen]], facecolors=faces, edgecolors=faces, linewidths=0.3, zorder=order))
+    if kind == "cloud":
+        axes.scatter(*shapes.T, s=(point_size * 72 / DPI) ** 2, c=colour, linewidths=0, zorder=order)
+    elif kind == "mesh":
+        axes.add_collection(PolyCollection(shapes, facecolors=colour, edgecolors=colour, linewidths=0.3, zorder=order))
+    else:
+        axes.add_collection(LineCollection(shapes, colors=colour, linewidths=2.0, zorder=order + 0.5))
 
 
-def _shade(points: np.ndarray, triangles: np.ndarray, view: View) -> tuple[np.ndarray, np.ndarray]:
+def _light(points: np.ndarray, triangles: np.ndarray, view: View) -> tuple[np.ndarray, np.ndarray]:
     """Light from over the viewer's shoulder: (T,) brightness, and (T,) whether the front of a triangle is seen."""
     a, b, c = points[triangles].transpose(1, 0, 2)
     normal = np.cross(b - a, c - a)

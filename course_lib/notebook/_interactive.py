@@ -1,14 +1,14 @@
 """What moves in a live notebook, without network: a plotly view to turn, and a slider over frames.
 
-PyVista's own browser view loads code from the internet at run time; plotly's is installed with JupyterLab's extensions, so
-it also turns on a machine that is offline. Neither is ever stored in a lesson.
+PyVista's own browser view loads code from the internet at run time; plotly's is installed with JupyterLab's
+extensions, so it also turns on a machine that is offline. Neither is ever stored in a lesson.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from course_lib.notebook._picture import Picture, picture_of
+from course_lib.notebook._picture import Picture
 from course_lib.notebook._scene import Scene
 from course_lib.notebook._views import look
 
@@ -60,14 +60,10 @@ def _css(colour: np.ndarray) -> str:
     return f"rgb({colour[0]},{colour[1]},{colour[2]})"
 
 
-def frame_slider(frames: dict[str, Picture | np.ndarray], label: str):
+def frame_slider(pictures: dict[str, Picture], label: str):
     """Return an ipywidgets slider over pictures that are already drawn."""
     from ipywidgets import HTML, Image, SelectionSlider, VBox
 
-    pictures = {
-        name: frame if isinstance(frame, Picture) else picture_of(np.asarray(frame), f"{name}")
-        for name, frame in frames.items()
-    }
     first = next(iter(pictures.values()))
     image = Image(value=first.png, format="png", width=first.width)
     words = HTML(first.alt)

@@ -9,14 +9,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from course_lib.notebook._colours import COLOURS, rgb
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 AIM_BYTES = 80_000
 MOST_BYTES = 120_000
-WIDTH = 1400
-"""Pixels of a full-width picture: twice the 700 px at which a notebook shows it, so that it stays sharp."""
-SMALLEST_WIDTH = 700
+CSS_WIDTH = 700
+"""How wide a notebook shows a full-width picture, in CSS pixels."""
+DENSITY = 1.6
+WIDTH = round(CSS_WIDTH * DENSITY)
+"""Pixels of a full-width picture: more than CSS pixels, so that it stays sharp on a projector."""
+INK = "#222222"
 
 
 @dataclass(frozen=True)
@@ -57,8 +62,8 @@ class Picture:
         return path
 
 
-def picture_of(pixels: np.ndarray, alt: str) -> Picture:
-    """Make a Picture of (H, W, 3) uint8 pixels: margins cut, few colours, small file.
+def picture_of(pixels: np.ndarray, alt: str, density: float = DENSITY) -> Picture:
+    """Make a Picture of (H, W, 3) uint8 pixels, so many a CSS pixel: margins cut, few colours, small file.
 
     Raises
     ------
@@ -67,15 +72,16 @@ def picture_of(pixels: np.ndarray, alt: str) -> Picture:
     """
     check_alt(alt)
     pixels = _cut_margins(np.ascontiguousarray(pixels[..., :3], dtype=np.uint8))
-    width = min(700, max(200, pixels.shape[1] // 2))
-    return Picture(_encode(pixels), alt, width)
+    width = min(CSS_WIDTH, round(pixels.shape[1] / density))
+    return Picture(_encode(pixels, width), alt, width)
 
 
 def check_alt(alt: str) -> None:
     """Refuse a description without a number in it."""
     if not isinstance(alt, str) or not any(letter.isdigit() for letter in alt):
         raise ValueError(
-            f"The alt text {alt!r} has no number: say a number in it that was computed, as in f'Error up to {{worst:.0f}} mm'."
+            f"The alt text {alt!r} has no number: say a number in it that was computed, "
+            "as in f'Errors up to {worst:.0f} mm'."
         )
 
 
@@ -102,7 +108,7 @@ def picture(fig: Figure, alt: str, dpi: int = 200) -> Picture:
         fig.set_dpi(dpi)
         canvas = FigureCanvasAgg(fig)
         canvas.draw()
-        return picture_of(np.asarray(canvas.buffer_rgba())[..., :3], alt)
+        return picture_of(np.asarray(canvas.buffer_rgba())[..., :3], alt, density=dpi / 100)
     finally:
         pyplot.close(fig)
 
@@ -113,7 +119,9 @@ def _check_axes(fig: Figure) -> None:
     for number, axes in enumerate(fig.axes, start=1):
         if not _holds_data(axes):
             name = axes.get_title() or axes.get_ylabel() or f"number {number}"
-            raise ValueError(f"The axes {name!r} of this figure is empty: plot its data, or remove it with axes.remove().")
+            raise ValueError(
+                f"The axes {name!r} of this figure is empty: plot its data, or remove it with axes.remove()."
+            )
 
 
 def _holds_data(axes) -> bool:
@@ -141,41 +149,72 @@ def _cut_margins(pixels: np.ndarray, margin: int = 12) -> np.ndarray:
     return pixels[top:bottom, left:right]
 
 
-def _encode(pixels: np.ndarray) -> bytes:
-    """Choose colours and size so that the file stays small: fewer colours first, then fewer pixels."""
-    png = b""
-    scale = 1.0
-    while True:
-        resized = _resize(pixels, scale)
-        for colours in (256, 128, 64):
-            png = _palette_png(resized, colours)
-            if len(png) <= (AIM_BYTES if colours == 256 else MOST_BYTES):
-                return png
-        scale *= 0.85
-        if pixels.shape[1] * scale < SMALLEST_WIDTH:
-            return png
+def _encode(pixels: np.ndarray, width: int) -> bytes:
+    """Choose size and colours for a small file: first fewer pixels, down to the CSS width, then fewer colours."""
+    fixed = _fixed_colours(pixels)
+    png = _palette_png(pixels, 256, fixed)
+    if len(png) <= AIM_BYTES:
+        return png
+    scale = max((AIM_BYTES / len(png)) ** 0.5, width / pixels.shape[1])
+    if scale < 1:
+        pixels = _resize(pixels, scale)
+    for colours in (256, 128, 80, 56):
+        png = _palette_png(pixels, colours, fixed)
+        if len(png) <= MOST_BYTES:
+            break
+    return png
 
 
 def _resize(pixels: np.ndarray, scale: float) -> np.ndarray:
-    if scale == 1.0:
-        return pixels
     import cv2
 
     size = (round(pixels.shape[1] * scale), round(pixels.shape[0] * scale))
     return cv2.resize(pixels, size, interpolation=cv2.INTER_AREA)
 
 
-def _palette_png(pixels: np.ndarray, colours: int) -> bytes:
+def _palette_png(pixels: np.ndarray, most: int, fixed: np.ndarray) -> bytes:
+    """Write (H, W, 3) uint8 with at most so many colours, the (K, 3) fixed ones as they are."""
     from PIL import Image
+    from scipy.spatial import cKDTree
 
-    image = Image.fromarray(pixels)
-    if len(image.getcolors(1 << 24) or []) > colours:
-        image = image.quantize(colours - 1, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
-        palette = np.array(image.getpalette(), dtype=np.uint8).reshape(-1, 3)
-        palette[palette.min(axis=1) >= 250] = 255  # the background stays pure white
-        image.putpalette(palette.ravel().tolist())
+    # 6 bits a channel: 262,144 cells, of which a picture fills a few thousand
+    cells = (
+        (pixels[..., 0].astype(np.int32) >> 2 << 12)
+        | (pixels[..., 1].astype(np.int32) >> 2 << 6)
+        | (pixels[..., 2] >> 2)
+    )
+    used, where = np.unique(cells, return_inverse=True)
+    where = where.ravel()
+    weights = np.bincount(where).astype(float)
+    means = np.stack([np.bincount(where, pixels[..., k].ravel()) / weights for k in range(3)], axis=1)
+    if len(used) <= most:
+        palette, nearest = means, np.arange(len(used))
     else:
-        image = image.quantize(colours, dither=Image.Dither.NONE)
+        sample = Image.fromarray(np.ascontiguousarray(pixels[::2, ::2]))
+        adaptive = sample.quantize(most - len(fixed), method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+        palette = np.concatenate([fixed, np.array(adaptive.getpalette(), float).reshape(-1, 3)])[:most]
+        for _ in range(4):  # move each free colour to the mean of the pixels that it stands for
+            nearest = cKDTree(palette).query(means)[1]
+            total = np.bincount(nearest, weights, minlength=len(palette))
+            sums = np.stack(
+                [np.bincount(nearest, weights * means[:, k], minlength=len(palette)) for k in range(3)], axis=1
+            )
+            taken = total > 0
+            taken[: len(fixed)] = False
+            palette[taken] = sums[taken] / total[taken, None]
+        nearest = cKDTree(palette).query(means)[1]
+    index = nearest[where].reshape(pixels.shape[:2]).astype(np.uint8)
+    palette = palette.round().astype(np.uint8)
+    image = Image.fromarray(index, mode="P")
+    image.putpalette(palette.ravel().tolist())
     buffer = io.BytesIO()
-    image.save(buffer, format="PNG", optimize=True)
+    image.save(buffer, format="PNG", compress_level=9)
     return buffer.getvalue()
+
+
+def _fixed_colours(pixels: np.ndarray) -> np.ndarray:
+    """Return (K, 3) the colours that stay exact: white, ink, and the classes of the course that the picture uses."""
+    codes = pixels.astype(np.int32) @ [1 << 16, 1 << 8, 1]
+    classes = np.array([rgb(code) for code in dict.fromkeys(COLOURS.values())])
+    seen = [(codes == code).sum() > 12 for code in classes @ [1 << 16, 1 << 8, 1]]
+    return np.array([(255, 255, 255), rgb(INK), *classes[seen]], dtype=float)

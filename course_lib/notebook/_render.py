@@ -94,7 +94,13 @@ def _probe() -> tuple[tuple[str, str], bool]:
 def _cache_file() -> Path:
     from platformdirs import user_cache_path
 
-    state = [sys.executable, sys.version, version("vtk"), version("pyvista"), *(os.environ.get(n, "") for n in _ENVIRONMENT)]
+    state = [
+        sys.executable,
+        sys.version,
+        version("vtk"),
+        version("pyvista"),
+        *(os.environ.get(n, "") for n in _ENVIRONMENT),
+    ]
     key = hashlib.sha256(json.dumps(state).encode()).hexdigest()[:16]
     return user_cache_path("course-3d-reconstruction") / f"rendering-{key}.json"
 
@@ -132,22 +138,65 @@ def draw(layers: tuple[Layer, ...], views: list[View], point_size: float, cull: 
         elif layer.kind == "trajectory":
             path = pyvista.PolyData(layer.points, lines=np.insert(layer.segments, 0, 2, axis=1).ravel())
             path.point_data["rgb"] = layer.rgb
-            plotter.add_mesh(path, scalars="rgb", rgb=True, line_width=4, lighting=False)
+            plotter.add_mesh(path, scalars="rgb", rgb=True, line_width=3, lighting=False)
         else:
             cloud = pyvista.PolyData(layer.points)
             cloud.point_data["rgb"] = layer.rgb
-            plotter.add_mesh(cloud, scalars="rgb", rgb=True, style="points", point_size=point_size, lighting=False,
-                             render_points_as_spheres=True)
+            plotter.add_mesh(
+                cloud,
+                scalars="rgb",
+                rgb=True,
+                style="points",
+                point_size=point_size,
+                lighting=False,
+                render_points_as_spheres=True,
+            )
+    clouds = [layer for layer in layers if layer.kind == "cloud"]
+    shaded = bool(clouds) and all(layer.classes for layer in clouds)
     images = []
     for view in views:
-        _aim(plotter, view, layers)
+        clipping = _aim(plotter, view, layers)
         plotter.render()
-        images.append(np.array(plotter.screenshot(return_img=True))[..., :3])
+        image = np.array(plotter.screenshot(return_img=True))[..., :3]
+        images.append(_shade(image, _depths(plotter, view, clipping)) if shaded else image)
     plotter.close()
     return images
 
 
-def _aim(plotter, view: View, layers: tuple[Layer, ...]) -> None:
+def _depths(plotter, view: View, clipping: tuple[float, float]) -> np.ndarray:
+    """Read the depth buffer as (height, width) metres along the view, infinite where nothing was drawn."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkCommonCore import vtkFloatArray
+
+    buffer = vtkFloatArray()
+    plotter.render_window.GetZbufferData(0, 0, view.width - 1, view.height - 1, buffer)
+    share = vtk_to_numpy(buffer).reshape(view.height, view.width)[::-1].astype(np.float64)
+    near, far = clipping
+    depth = near + share * (far - near) if view.eye is None else near * far / (far - share * (far - near))
+    return np.where(share < 1, depth, np.inf)
+
+
+def _shade(image: np.ndarray, depth: np.ndarray) -> np.ndarray:
+    """Darken what lies behind its neighbours, never by more than half, so that a cloud of one colour has a shape.
+
+    References
+    ----------
+    Boucheny, Interactive scientific visualization of large datasets, 2009 (eye-dome lighting).
+    """
+    drawn = np.isfinite(depth)
+    if not drawn.any():
+        return image
+    low, high = np.percentile(depth[drawn], [2, 98])
+    height = np.where(drawn, depth, np.nan) / max(high - low, 1e-9)
+    behind = np.zeros_like(height)
+    for step in (2, 5):
+        for shift, axis in ((step, 0), (-step, 0), (step, 1), (-step, 1)):
+            behind += np.nan_to_num(np.clip(height - np.roll(height, shift, axis), 0, 0.05))
+    shade = 0.5 + 0.5 * np.exp(-12.0 * behind)
+    return np.where(drawn[..., None], image * shade[..., None], image).round().astype(np.uint8)
+
+
+def _aim(plotter, view: View, layers: tuple[Layer, ...]) -> tuple[float, float]:
     depths = np.concatenate([(layer.points - view.centre) @ view.forward for layer in layers])
     size = float(depths.max() - depths.min()) or 1.0
     camera = plotter.camera
@@ -165,3 +214,4 @@ def _aim(plotter, view: View, layers: tuple[Layer, ...]) -> None:
     camera.up = view.up
     near, far = distance + float(depths.min()), distance + float(depths.max())
     camera.clipping_range = (max(near - 0.01 * size, 1e-3 * far), far + 0.01 * size)
+    return camera.clipping_range

@@ -1,7 +1,7 @@
 """Where a picture looks from: the same named views for every renderer, so that pictures can be compared.
 
-A `View` has no renderer in it: both the PyVista and the Matplotlib renderer are given one, and `View.project` says where a
-point lands in either.
+A `View` has no renderer in it: the PyVista and the Matplotlib renderer are both given one, and `View.project` says
+where a point lands in either.
 """
 
 from __future__ import annotations
@@ -94,9 +94,16 @@ class View:
 
 
 def guess_frame(points: np.ndarray) -> str:
-    """Guess the frame of (N, 3) points: "camera" if the optical axis runs through them and all are ahead, else "world"."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    return "camera" if low[2] > 0.1 and (low[:2] < 0).all() and (high[:2] > 0).all() else "world"
+    """Guess the frame of (N, 3) points.
+
+    "camera" if they are what one sensor at the origin can see: all more than 0.1 m ahead, within 60 degrees of the
+    optical axis, and on both sides of it. Else "world". Scanned models ("object") cannot be told and must be named.
+    """
+    if points[:, 2].min() <= 0.1:
+        return "world"
+    sideways = points[:, :2] / points[:, 2:]
+    ahead = (np.abs(sideways) < 1.75).all() and (sideways.min(axis=0) < 0).all() and (sideways.max(axis=0) > 0).all()
+    return "camera" if ahead else "world"
 
 
 def height_axis(frame: str) -> np.ndarray:
@@ -137,7 +144,7 @@ def _from_sensor(name: str, points: np.ndarray, frame: str, T_world_camera: np.n
     if T_world_camera is None:
         if frame != "camera":
             raise ValueError(
-                f"view='camera' needs to know where the sensor was in this {frame} frame: pass its T_world_camera as the view."
+                f"view='camera' needs to know where the sensor was in this {frame} frame: pass its pose as the view."
             )
         T_world_camera = np.eye(4)
     rotation, eye = T_world_camera[:3, :3], T_world_camera[:3, 3]
@@ -149,7 +156,7 @@ def _from_sensor(name: str, points: np.ndarray, frame: str, T_world_camera: np.n
 
 
 def spread(view: View, points: np.ndarray) -> tuple[float, float]:
-    """Return width and height of the points in a view: metres (parallel) or twice the tangents of half angles (sensor)."""
+    """Return width and height of points in a view: metres (parallel) or twice the tangents of half angles (sensor)."""
     relative = points - (view.centre if view.eye is None else view.eye)
     across, upwards = relative @ view.right, relative @ view.up
     if view.eye is not None:
@@ -175,7 +182,9 @@ def layout(views: list[View], points: list[np.ndarray], width: int, zoom: float 
     room = 0.94
     wide = max((size[0] for size in parallel), default=0.0) or max((size[1] for size in parallel), default=1.0)
     shapes = [max(size[1] for size in parallel) / wide] if parallel else []
-    shapes += [size[1] / size[0] for view, size in zip(views, sizes, strict=True) if view.eye is not None and size[0] > 0]
+    shapes += [
+        size[1] / size[0] for view, size in zip(views, sizes, strict=True) if view.eye is not None and size[0] > 0
+    ]
     height = round(width * min(max(max(shapes, default=0.7), 0.3), 0.72 if len(views) == 1 else 1.2))
     scale = max([max(size[0] / (room * width), size[1] / (room * height)) for size in parallel], default=1.0)
     done = []

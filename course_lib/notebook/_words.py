@@ -33,7 +33,9 @@ def number(value: object, digits: int = 3, smallest: float = SMALLEST) -> str:
     if isinstance(value, Integral):
         return f"{int(value):,}"
     if not isinstance(value, Real):
-        raise ValueError(f"A number was expected, and this is a {type(value).__name__}: pass an int, a float or a text.")
+        raise ValueError(
+            f"A number was expected, and this is a {type(value).__name__}: pass an int, a float or a text."
+        )
     value = float(value)
     if math.isnan(value):
         return "not measured"
@@ -70,3 +72,9 @@ def count(n: int, thing: str, about: bool = False) -> str:
 def sentence_list(parts: list[str]) -> str:
     """Join as in a sentence: "a, b and c"."""
     return parts[0] if len(parts) == 1 else ", ".join(parts[:-1]) + " and " + parts[-1] if parts else ""
+
+
+def sentence(text: str) -> str:
+    """End a text with a full stop."""
+    text = text.strip()
+    return text if text.endswith((".", "!", "?")) else f"{text}."

@@ -19,7 +19,11 @@ class Prediction:
         self.question, self.reply, self.answer, self.why, self.open = question, reply, answer, why, open_
 
     def __repr__(self) -> str:
-        lines = [f"Predict: {self.question}", self.reply, f"Answer: {self.answer}" + (f" {self.why}" if self.why else "")]
+        lines = [
+            f"Predict: {self.question}",
+            self.reply,
+            f"Answer: {self.answer}" + (f" {self.why}" if self.why else ""),
+        ]
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
@@ -32,9 +36,7 @@ class Prediction:
         )
 
 
-def predict(
-    question: str, guess: object, truth: object, unit: str = "", why: str = "", digits: int = 3
-) -> None:
+def predict(question: str, guess: object, truth: object, unit: str = "", why: str = "", digits: int = 3) -> None:
     """Show a question; once a guess is given, show how far it is from the truth.
 
     Parameters
@@ -55,7 +57,9 @@ def predict(
         reply = _compare(guess, float(truth), unit, digits)
     else:
         said = str(guess).strip()
-        reply = f"You said {said}: that is right." if said.lower() == truth.strip().lower() else f"You said {said}: not so."
+        reply = (
+            f"You said {said}: that is right." if said.lower() == truth.strip().lower() else f"You said {said}: not so."
+        )
     display_object(Prediction(question, reply, answer, why, open_=guess is not None))
 
 

@@ -6,6 +6,7 @@ import html
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from IPython import get_ipython
 
 from course_lib.notebook._words import SMALLEST, amount, number
 
@@ -31,7 +32,9 @@ def report(name: str, value: object, unit: str = "", digits: int = 3, *, smalles
     """
     if np.ndim(value) > 0 or isinstance(value, (Mapping, set)):
         form = f"an array of shape {np.shape(value)}" if isinstance(value, np.ndarray) else f"a {type(value).__name__}"
-        raise ValueError(f"report prints one number and {name!r} is {form}: pass its norm, mean or worst, or use report_table.")
+        raise ValueError(
+            f"report prints one number and {name!r} is {form}: pass its norm, mean or worst, or use report_table."
+        )
     if value is None:
         raise ValueError(f"report has no value for {name!r}: it is None, so compute it first.")
     print(f"{name}: {amount(value, unit, digits, smallest)}")
@@ -104,16 +107,12 @@ def report_table(
     if wrong is not None:
         raise ValueError(f"A row has {len(wrong)} cells for {len(columns)} columns: {list(wrong)!r}.")
     texts = [["" if cell is None else number(cell, digits, smallest) for cell in row] for row in rows]
-    right = [all(not isinstance(row[i], str) for row in rows) for i in range(len(columns))]
+    right = [any(not isinstance(row[i], str) for row in rows) for i in range(len(columns))]
     display_object(Table(texts, list(columns), right, title))
 
 
 def display_object(thing: object) -> None:
     """Show in a notebook, or print outside of one."""
-    try:
-        from IPython import get_ipython
-    except ImportError:
-        get_ipython = lambda: None  # noqa: E731
     if get_ipython() is None:
         print(repr(thing))
     else:

@@ -18,14 +18,16 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
+from IPython import get_ipython
 
 from course_lib.notebook import _colours, budget
-from course_lib.notebook._compose import Panel, columns_of, compose
-from course_lib.notebook._depth import depth_picture, images_picture, sentence
-from course_lib.notebook._picture import WIDTH, Picture, picture, picture_of
+from course_lib.notebook._depth import depth_picture, frames_picture, images_picture
+from course_lib.notebook._paint import Colouring
+from course_lib.notebook._panels import draw_scenes
+from course_lib.notebook._picture import Picture, picture
 from course_lib.notebook._render import rendering
-from course_lib.notebook._scene import Colouring, Scene, build, views_text
-from course_lib.notebook._views import FRAMES, VIEW_WORDS, View, layout, look
+from course_lib.notebook._scene import Scene, build, views_text
+from course_lib.notebook._views import FRAMES, VIEW_WORDS, View, look
 from course_lib.notebook._words import number
 from course_lib.notebook.report import Table, display_object
 
@@ -35,6 +37,7 @@ class Show:
 
     COLOURS = _colours.COLOURS
     picture = staticmethod(picture)
+    style = staticmethod(_colours.style)
     rendering = staticmethod(rendering)
 
     def __call__(
@@ -46,7 +49,7 @@ class Show:
         frame: str | None = None,
         color: object = None,
         label: str = "",
-        unit: str = "m",
+        unit: str = "",
         limits: tuple[float, float] | None = None,
         signed: bool = False,
         size: float | None = None,
@@ -60,9 +63,9 @@ class Show:
 
         Parameters
         ----------
-        things : PointCloud, (N, 3) or organised (H, W, 3) float array in metres (NaN left out), Mesh, RGBDFrame, list of
-            4x4 T_world_camera (a trajectory), or Open3D's clouds and meshes; each may come as a pair (thing, "name"),
-            (thing, class of COLOURS), (thing, "#rrggbb") or (thing, colours); a dict is name → thing.
+        things : PointCloud, (N, 3) or organised (H, W, 3) float array in metres (NaN left out), Mesh, RGBDFrame, list
+            of 4x4 T_world_camera (a trajectory), or Open3D's clouds and meshes; each may come as a pair
+            (thing, "name"), (thing, class of COLOURS), (thing, "#rrggbb") or (thing, colours); a dict is name → thing.
             RGBDFrames alone, without a view, are shown as images: colour beside depth.
         title : written above the picture.
         view : "front", "side" (from the right), "back", "top", "iso" (parallel, with a scale bar), "camera" (what the
@@ -86,7 +89,7 @@ class Show:
             If there is nothing to show, or a thing, view or colour is not understood.
         """
         if things and view is None and views is None and not interactive and all(map(_is_frame, things)):
-            return _frames(things, title, alt)
+            return frames_picture(list(things), title, alt)
         colouring = Colouring(color, label, unit, limits, signed, about)
         scene = build(things, colouring, _known_frame(frame))
         if interactive:
@@ -97,7 +100,7 @@ class Show:
         looks = [look(name, scene.points, scene.frame, scene.sensor) for name in names]
         labels = [_view_label(one) for one in looks] if len(looks) > 1 else [""]
         text = f"{scene.text} {views_text([one.name for one in looks], VIEW_WORDS)}"
-        return _draw([scene] * len(looks), looks, labels, title, size, zoom, cull, text, alt)
+        return draw_scenes([scene] * len(looks), looks, labels, title, size, zoom, cull, None, text, alt)
 
     def panels(
         self,
@@ -108,13 +111,14 @@ class Show:
         frame: str | None = None,
         color: object = None,
         label: str = "",
-        unit: str = "m",
+        unit: str = "",
         limits: tuple[float, float] | None = None,
         signed: bool = False,
         size: float | None = None,
         zoom: float = 1.0,
         cull: bool = False,
         about: bool = False,
+        columns: int | None = None,
         alt: str = "",
     ) -> Picture:
         """Show different things from the same view, side by side and at the same scale.
@@ -122,6 +126,7 @@ class Show:
         Parameters
         ----------
         things : label → what `show` takes; a list there is several things in one panel (a list of poses is one).
+        columns : panels in a row.
         title, view, frame, color, label, unit, limits, signed, size, zoom, cull, about, alt : as in `show`.
         """
         if not things:
@@ -138,7 +143,7 @@ class Show:
         ]
         parts = [f"{name}: {scene.text}" for name, scene in zip(things, scenes, strict=True)]
         text = " ".join([*parts, views_text([looks[0].name], VIEW_WORDS)])
-        return _draw(scenes, looks, list(things), title, size, zoom, cull, text, alt)
+        return draw_scenes(scenes, looks, list(things), title, size, zoom, cull, columns, text, alt)
 
     def depth(
         self,
@@ -147,6 +152,7 @@ class Show:
         title: str = "",
         near: float | None = None,
         far: float | None = None,
+        columns: int | None = None,
         alt: str = "",
     ) -> Picture:
         """Show depth images in metres, with a colour bar; pixels without data have a colour of their own.
@@ -155,6 +161,7 @@ class Show:
         ----------
         depth : (H, W) float metres, 0 or NaN where nothing was measured; or a dict label → depth.
         near, far : metres, ends of the colour bar; by default 99 % of the pixels lie between them.
+        columns : images in a row.
         title, alt : as in `show`.
 
         Raises
@@ -164,7 +171,7 @@ class Show:
         """
         depths = dict(depth) if isinstance(depth, Mapping) else {"": getattr(depth, "depth", depth)}
         depths = {name: getattr(one, "depth", one) for name, one in depths.items()}
-        return depth_picture(depths, title, near, far, alt)
+        return depth_picture(depths, title, near, far, columns, alt)
 
     def images(
         self,
@@ -174,31 +181,34 @@ class Show:
         unit: str = "",
         limits: tuple[float, float] | None = None,
         signed: bool = False,
+        columns: int | None = None,
         alt: str = "",
     ) -> Picture:
         """Show images side by side.
 
         Parameters
         ----------
-        images : label → (H, W, 3) uint8 colour, (H, W) uint8 grey, (H, W) bool, (H, W) other numbers (with a colour bar;
-            NaN has a colour of its own) or a Picture.
+        images : label → (H, W, 3) uint8 colour, (H, W) uint8 grey, (H, W) bool, (H, W) other numbers (with a colour
+            bar; NaN has a colour of its own) or a Picture.
         unit, limits, signed : of the colour bars.
+        columns : images in a row.
         title, alt : as in `show`.
         """
         images = dict(images) if isinstance(images, Mapping) else {"": images}
-        return images_picture(images, title, unit, limits, signed, alt)
+        return images_picture(images, title, unit, limits, signed, columns, alt)
 
     def slider(
-        self, function: Callable[[object], Picture | np.ndarray], values: Sequence, *, label: str, alt: str = ""
+        self, function: Callable[[object], object], values: Sequence, *, label: str, alt: str = "", **how: object
     ) -> object:
         """Show what a function draws for each value: a strip of frames, or a slider in a live notebook.
 
         Parameters
         ----------
-        function : value → Picture or image.
+        function : value → a Picture, an image, or a cloud, mesh or trajectory.
         values : 2 to 8 of them.
         label : what the value is, such as "voxel (m)".
         alt : what to see.
+        how : as in `panels` or `images`, to which the frames are given.
 
         Returns
         -------
@@ -206,12 +216,17 @@ class Show:
             The strip, which is what a stored notebook holds; under COURSE_LIVE=1 (set by `course start`) an ipywidgets
             slider over the same frames, drawn once.
         """
+        if not 2 <= len(values) <= 8:
+            raise ValueError(
+                f"A slider has 2 to 8 values, and these are {len(values)}: a strip of frames must be readable."
+            )
         frames = {f"{label} {number(value)}": function(value) for value in values}
+        strip = self.images if all(map(_is_image, frames.values())) else self.panels
         if os.environ.get("COURSE_LIVE") == "1":
             from course_lib.notebook._interactive import frame_slider
 
-            return frame_slider(frames, label)
-        return self.images(frames, alt=alt)
+            return frame_slider({name: strip({name: frame}, **how) for name, frame in frames.items()}, label)
+        return strip(frames, columns=min(len(frames), 4), alt=alt, **how)
 
     def error_budget(self, measured: Mapping[str, tuple[float, float]] | None = None) -> None:
         """Show the running error budget: what was measured so far, and which lessons measure the rest.
@@ -229,37 +244,24 @@ class Show:
         rows = []
         for stage in budget.STAGES:
             value, effect = measured.get(stage.key, (None, None))
-            shown = f"{number(float(value), 2)} {stage.unit}" if value is not None else f"waits for lesson {stage.lesson[:2]}"
+            shown = (
+                f"{number(float(value), 2)} {stage.unit}"
+                if value is not None
+                else f"waits for lesson {stage.lesson[:2]}"
+            )
             rows.append([stage.name, stage.lesson[:2], shown, number(float(effect), 2) if effect is not None else "–"])
         columns = ["error", "lesson", "measured", budget.EFFECT]
         display_object(Table(rows, columns, [False, False, True, True], "Error budget"))
 
-    def style(self) -> None:
-        """Give Matplotlib plots the course's fonts, sizes and colour cycle (rcParams; called by itself in a notebook)."""
-        from cycler import cycler
-        from matplotlib import rcParams
-
-        rcParams.update(
-            {
-                "axes.prop_cycle": cycler(color=[code for code, _ in _colours.CYCLE]),
-                "axes.spines.top": False,
-                "axes.spines.right": False,
-                "axes.grid": True,
-                "axes.axisbelow": True,
-                "grid.color": "#DDDDDD",
-                "grid.linewidth": 0.6,
-                "font.size": 10,
-                "axes.titlesize": 11,
-                "legend.frameon": False,
-                "figure.figsize": (7.0, 3.6),
-                "figure.constrained_layout.use": True,
-                "image.cmap": _colours.MAGNITUDES,
-            }
-        )
-
 
 def _is_frame(thing: object) -> bool:
     return hasattr(thing, "depth") and hasattr(thing, "color") and hasattr(thing, "camera")
+
+
+def _is_image(thing: object) -> bool:
+    """A Picture, or an array that is not a cloud."""
+    flat = isinstance(thing, np.ndarray) and (thing.ndim == 2 and thing.shape[1] != 3 or thing.dtype == np.uint8)
+    return isinstance(thing, Picture) or flat
 
 
 def _several(thing: object) -> tuple:
@@ -282,61 +284,6 @@ def _view_label(view: View) -> str:
     return "sensor" if view.name == "camera" else view.name
 
 
-def _frames(frames: Sequence, title: str, alt: str) -> Picture:
-    """Colour beside depth, a row a frame."""
-    from course_lib.notebook._depth import frames_picture
-
-    return frames_picture(list(frames), title, alt)
-
-
-def _draw(
-    scenes: list[Scene],
-    looks: list[View],
-    labels: list[str],
-    title: str,
-    size: float | None,
-    zoom: float,
-    cull: bool,
-    text: str,
-    alt: str,
-) -> Picture:
-    """Draw one panel a scene with the renderer that this machine has, and put them together."""
-    bar = next((scene.bar for scene in scenes if scene.bar is not None), None)
-    width = (WIDTH - (190 if bar else 0)) // columns_of(len(looks)) - 24
-    looks = layout(looks, [scene.points for scene in scenes], width, zoom)
-    name, reason = rendering()
-    if name == "pyvista":
-        from course_lib.notebook._render import draw
-    else:
-        from course_lib.notebook._fallback import draw
-    if all(scene is scenes[0] for scene in scenes):
-        images = draw(scenes[0].layers, looks, _point_size(scenes[0], looks[0], size), cull)
-    else:
-        images = [
-            draw(s.layers, [one], _point_size(s, one, size), cull)[0] for s, one in zip(scenes, looks, strict=True)
-        ]
-    panels = [Panel(label, image, one) for label, image, one in zip(labels, images, looks, strict=True)]
-    legend = tuple(dict.fromkeys(entry for scene in scenes for entry in scene.legend))
-    hint = ""
-    if name == "matplotlib" and os.environ.get("COURSE_RENDER") != "matplotlib":
-        hint = f"Drawn flat by Matplotlib, because {reason}: python3 course.py doctor says how to mend it."
-    pixels = compose(panels, title=title, legend=legend, bar=bar, hint=hint)
-    return picture_of(pixels, f"{sentence(alt)} {text}" if alt else text)
-
-
-def _point_size(scene: Scene, view: View, size: float | None) -> float:
-    """Choose how many pixels a point is wide: about the spacing of the points in the picture."""
-    if size is not None:
-        return 2.0 * size
-    clouds = [layer.points for layer in scene.layers if layer.kind == "cloud"]
-    if not clouds:
-        return 4.0
-    points = np.concatenate(clouds)
-    pixels, _ = view.project(points)
-    inside = np.isfinite(pixels).all(axis=1) & (pixels >= 0).all(axis=1) & (pixels < [view.width, view.height]).all(axis=1)
-    cells = np.unique((pixels[inside] // 16).astype(np.int64) @ [1, 100_000])
-    spacing = np.sqrt(256 * max(len(cells), 1) / max(int(inside.sum()), 1))
-    return float(np.clip(1.3 * spacing, 3.0, 12.0))
-
-
 show = Show()
+if get_ipython() is not None:
+    show.style()
