@@ -63,20 +63,22 @@ show(pointcloud.from_frame(frame), views=["camera", "iso"], title="One RGB-D fra
 # %% tags=["hide-input"]
 f_drawn, x_drawn, z_drawn = 400, 1.0, 2.0
 shift = f_drawn * x_drawn / z_drawn
-fig, axis = plt.subplots(figsize=(7, 3.3), layout="constrained")
+fig, axis = plt.subplots(figsize=(7, 3.4), layout="constrained")
 axis.fill([0, z_drawn, z_drawn], [0, 0, x_drawn], color=show.COLOURS["reference"], alpha=0.25)
 axis.fill([0, 0.8, 0.8], [0, 0, 0.4], color=show.COLOURS["source"], alpha=0.45)
-axis.plot([0, 2.3], [0, 0], color="black", lw=1)
+axis.plot([0, 2.4], [0, 0], color="black", lw=1)
 axis.plot([0, z_drawn], [0, x_drawn], color=show.COLOURS["target"], lw=2)
-axis.plot([0.8, 0.8], [-0.3, 0.62], color="black", lw=3)
+axis.plot([0.8, 0.8], [-0.1, 0.62], color="black", lw=3)
 axis.plot([z_drawn], [x_drawn], "o", color=show.COLOURS["outlier"], ms=10)
 axis.plot([0], [0], "o", color="black", ms=8)
-for place, text, side in [((0.0, 0.07), "hole", "center"), ((0.42, -0.1), f"f = {f_drawn} pixels", "center"),
-                          ((0.84, 0.15), f"u - cx =\n{shift:.0f} pixels", "left"), ((1.5, -0.1), f"z = {z_drawn:g} m", "center"),
-                          ((2.04, 0.45), f"x = {x_drawn:g} m", "left"), ((2.04, 1.0), "point", "left"),
-                          ((0.78, 0.66), "image", "center"), ((2.3, 0.05), "optical axis", "right")]:
+for end, low in [(0.8, -0.16), (z_drawn, -0.36)]:
+    axis.annotate("", (0, low), (end, low), arrowprops={"arrowstyle": "<->", "shrinkA": 0, "shrinkB": 0})
+for place, text, side in [((-0.03, 0.07), "hole", "center"), ((0.4, -0.28), f"f = {f_drawn} pixels", "center"),
+                          ((0.84, 0.13), f"u - cx =\n{shift:.0f} pixels", "left"), ((1.3, -0.48), f"z = {z_drawn:g} m", "center"),
+                          ((2.04, 0.45), f"x = {x_drawn:g} m", "left"), ((2.06, 1.0), "point", "left"),
+                          ((0.78, 0.66), "image", "center"), ((2.42, -0.1), "optical axis", "right")]:
     axis.text(*place, text, ha=side, fontsize=10)
-axis.set(xlim=(-0.2, 2.45), ylim=(-0.35, 1.15), aspect="equal", title="Two triangles of the same shape")
+axis.set(xlim=(-0.2, 2.5), ylim=(-0.52, 1.12), aspect="equal", title="Two triangles of the same shape")
 axis.axis("off")
 picture(fig, alt=f"A point {x_drawn:g} m right of the optical axis and {z_drawn:g} m deep. The line from it to the hole crosses the "
                  f"image {shift:.0f} pixels right of the middle, {f_drawn} pixels in front of the hole. The small triangle at the "
@@ -253,13 +255,21 @@ picture(fig, alt=f"One image row seen from above, right and spoiled. A wrong foc
                  "walls staying straight. Range for z bends straight walls into arcs. A wrong scale shrinks everything towards the camera.")
 
 # %% [markdown]
-# The last mistake loses points instead of moving them. Open3D's `depth_trunc` is 3 metres unless you say otherwise:
+# The last mistake loses points instead of moving them. `RGBDImage.create_from_color_and_depth`, which the report calls, has a
+# `depth_trunc` of 3 metres unless you say otherwise:
 
 # %%
-cut = o3d.geometry.PointCloud.create_from_depth_image(o3d.geometry.Image(truth), intrinsics, depth_scale=1.0)
-report("points that Open3D's default drops", 100 * (1 - len(cut.points) / (truth > 0).sum()), "%")
-report("deepest point of the room", float(truth.max()), "m")
-report("deepest point that is left", float(np.asarray(cut.points)[:, 2].max()), "m")
+def by_default(color, depth):
+    """The depth image that Open3D keeps of an RGB-D pair in metres, when only the scale is given."""
+    pair = o3d.geometry.RGBDImage.create_from_color_and_depth(
+        o3d.geometry.Image(color), o3d.geometry.Image(depth), depth_scale=1.0)
+    return np.asarray(pair.depth)
+
+
+cut = by_default(frame.color, truth)
+report("points dropped by default", 100 * (1 - (cut > 0).sum() / (truth > 0).sum()), "%")
+report("deepest point of the frame", float(truth.max()), "m")
+report("deepest point that is left", float(cut.max()), "m")
 
 # %% [markdown]
 # No warning, no error: the far wall is gone. Truncating is useful, because far depth is bad depth. But choose it yourself.
@@ -334,5 +344,146 @@ lazy = deproject(frame.depth, 525, 525, 319.5, 239.5)[seen]
 show.panels({"its own f": cloud, "f = 525": pointcloud.PointCloud(lazy, cloud.colors)}, view="camera")
 
 # %% [markdown]
-# You see no difference, and there is none to see. A wrong f stretches x and y alike and leaves z. Every point stays on one line with
-# its pixel. Flat walls stay flat, too. So measure something of known length: TODO
+# There is no difference to see. A wrong f multiplies x and y by one number and leaves z, so every point stays on its own ray, and
+# a flat wall stays flat. Turn the cloud and you might suspect something. A number does not suspect, it tells. We stretch a tape
+# from the left end of the table to its right end.
+
+# %% tags=["prediction"]
+guess = None  # metres
+
+ends = table_ends(frame)
+tape = np.linalg.norm(np.subtract(*(right[v, u] for v, u in ends)))
+table = np.linalg.norm(np.subtract(*(spoiled["focal length of another camera (525)"][v, u] for v, u in ends)))
+predict(f"The tape says {tape:.2f} m. What does the cloud say that was lifted with 525 instead of {c.fx:.0f}?", guess, table, "m",
+        why="Sideways, everything shrinks by the ratio of the two focal lengths.")
+
+# %% [markdown]
+# One known length also mends it. The tape lies across the image, where lengths go with 1/f, so the right f is the wrong one
+# times measured over true:
+
+# %%
+mended = 525 * table / tape
+report("f, from one known length", mended, "pixels")
+report("f, true", c.fx, "pixels")
+mended_off = 1000 * np.linalg.norm(deproject(truth, mended, mended, c.cx, c.cy) - right, axis=-1)[near].mean()
+report("points about 1.5 m away are now off by", mended_off, "mm", digits=1)
+
+# %% [markdown]
+# A professional does not guess f. They read it from the device at the resolution in use, or calibrate (lesson 11). And they keep a
+# box of known size in the scene: it costs nothing and finds this mistake in a minute.
+#
+# ## On real data
+#
+# Three real pairs, each read with its own encoding. We lift them and let Open3D check every point. Then we let Open3D do it
+# once more, with its default truncation.
+
+# %% tags=["real-data"]
+# real data: tum_pair, sun_pair, redwood_frames
+rows = []
+for name in ["tum_pair", "sun_pair", "redwood_frames"]:
+    real = data.load(name).frames[0]
+    k = real.camera
+    lifted = deproject(real.depth, k.fx, k.fy, k.cx, k.cy)
+    pinhole = o3d.camera.PinholeCameraIntrinsic(k.width, k.height, k.fx, k.fy, k.cx, k.cy)
+    image = o3d.geometry.Image(real.depth)
+    theirs = o3d.geometry.PointCloud.create_from_depth_image(image, pinhole, depth_scale=1.0, depth_trunc=100.0)
+    measured = real.depth > 0
+    assert np.allclose(lifted[measured], theirs.points, atol=1e-5)
+    rows.append([name, int(measured.sum()), k.fx, float(np.median(real.depth[measured])), float(np.nanmax(lifted[..., 2])),
+                 100 * (1 - (by_default(real.color, real.depth) > 0).sum() / measured.sum())])
+report_table(rows, columns=["dataset", "points", "f (pixels)", "median z (m)", "deepest z (m)", "dropped by default (%)"])
+
+# %% [markdown]
+# All three sets of intrinsics are *assumed*: nobody calibrated these cameras for us. Here is the TUM desk from three sides, as the
+# report shows its own frame in figure 8. This time we truncate on purpose, at 3.5 m:
+
+# %% tags=["real-data"]
+# real data: tum_pair
+desk = data.load("tum_pair").frames[0]
+lifted = pointcloud.from_frame(desk)
+show(lifted.select(lifted.points[:, 2] < 3.5), views=["front", "side", "back"], title="TUM: a desk from the front, the side and the back")
+
+# %% [markdown]
+# The camera looked down, so in its frame the floor slopes; nobody told us its pose. And from the side the far floor falls into
+# stripes: this sensor measures in steps, and the steps grow with distance.
+#
+# Now a recording that looks innocent: `realsense_slam`, both images 640x480. Is its depth registered to its colour? Where depth
+# jumps, colour usually changes, too. So we ask how strong the colour contrast is under the outlines of the depth image. We
+# rank all pixels by contrast, from 0 to 1, and average the ranks under the outlines. By chance that is 0.5.
+
+# %% tags=["real-data"]
+# real data: tum_pair, sun_pair, redwood_frames, realsense_planes, realsense_slam
+def outlines(depth, zoom=1.0):
+    """(H, W) bool: where depth jumps by more than 5 %, magnified about the middle of the image."""
+    near = cv2.erode(np.where(depth > 0, depth, 99).astype(np.float32), np.ones((3, 3)))
+    far = cv2.dilate(depth, np.ones((3, 3)))
+    jumps = ((far - near > 0.05 * far) & (near < 99)).astype(np.uint8)
+    h, w = depth.shape
+    magnify = np.array([[zoom, 0, (1 - zoom) * (w - 1) / 2], [0, zoom, (1 - zoom) * (h - 1) / 2]])
+    return cv2.warpAffine(jumps, magnify, (w, h), flags=cv2.INTER_NEAREST) > 0
+
+
+def agreement(color, depth, zoom=1.0):
+    """Mean rank of the colour contrast under the outlines: 1 is the best pixel of the image, 0.5 is chance."""
+    grey = cv2.GaussianBlur(cv2.cvtColor(color, cv2.COLOR_RGB2GRAY).astype(np.float32), (0, 0), 1.5)
+    contrast = np.hypot(cv2.Sobel(grey, -1, 1, 0), cv2.Sobel(grey, -1, 0, 1))
+    rank = contrast.ravel().argsort().argsort().reshape(contrast.shape) / contrast.size
+    return rank[outlines(depth, zoom)].mean()
+
+
+zooms = np.arange(8, 21) / 10
+rows = []
+for name, i in [("tum_pair", 0), ("sun_pair", 0), ("redwood_frames", 0), ("realsense_planes", 1), ("realsense_slam", 4)]:
+    real = data.load(name).frames[i]
+    curve = [agreement(real.color, real.depth, zoom) for zoom in zooms]
+    rows.append([name, float(curve[2]), float(zooms[np.argmax(curve)]), float(np.max(curve))])
+report_table(rows, columns=["dataset", "agreement as stored", "best zoom of the depth", "agreement there"], digits=2)
+
+# %% tags=["real-data"]
+# real data: realsense_slam
+slam = data.load("realsense_slam").frames[4]
+overlays = {f"depth outlines, zoom {zoom:g}": np.where(outlines(slam.depth, zoom)[..., None], np.uint8([255, 220, 0]), slam.color)
+            for zoom in (1.0, 1.6)}
+show.images(overlays, alt="A black stand on a floor, with the outlines of its depth image in yellow. At zoom 1 the yellow arch of the foot "
+                          "is smaller than the foot and lies beside its edges; at zoom 1.6 it lies on them.")
+
+# %% [markdown]
+# Four recordings fit best as they are. This one fits no better than chance, and best when its depth is magnified: its depth camera
+# has a shorter f and sees a wider scene than its colour camera. Same size, different views. Colour its cloud pixel by pixel
+# and the floor wears the stand's black. A zoom is only a stopgap. To register it we need both intrinsics and the pose between
+# the cameras, and the recording does not hold them. RealSense software has them: call `rs.align` *before* you save.
+#
+# ## Key points
+#
+# - A pixel is a direction; depth puts the point on it: x = (u − cx) z / f.
+# - Intrinsics belong to one camera at one resolution. Ask: which angle, which axis, which centre?
+# - A wrong f keeps the front view and all depths. Measure something of known length.
+# - Scale, truncation, zeros and range fail silently. Print a count and a median.
+# - Flip the viewer, not the data. Same size is not registered.
+#
+# Words to know: [pinhole camera](../docs/glossary.md#pinhole-camera), [focal length](../docs/glossary.md#focal-length),
+# [principal point](../docs/glossary.md#principal-point), [field of view](../docs/glossary.md#field-of-view),
+# [intrinsics](../docs/glossary.md#intrinsics), [deproject](../docs/glossary.md#deproject).
+#
+# ## Your own camera
+#
+# Change one line, in the first cell: `frame = data.from_folder("path/to/my_recording").frames[0]`. Sections 1 and 3 then run on your
+# frame. With a D455, take f, cx and cy from the device, for the resolution you record:
+# `profile.as_video_stream_profile().get_intrinsics()`.
+#
+# ## To the lab
+#
+# Lab 03 has you write `deproject`, mend somebody's cloud, and find the focal length of a camera that came without a data sheet:
+# `python3 course.py start 03`.
+#
+# ## Going further
+#
+# - Real lenses bend rays. `course_lib.cameras` deprojects with Brown's distortion model; lesson 11 measures it.
+# - Where z comes from: with two cameras a baseline B apart, z = f B / d for a disparity of d pixels (lesson 14). That is the line that
+#   the UAV document's equations leave out; OpenCV's `reprojectImageTo3D` does it.
+# - Open3D mixes two conventions: `create_from_depth_image` puts pixel centres at whole numbers, `RaycastingScene` and
+#   `VoxelBlockGrid` half a pixel beside. Give the latter K with cx + 0.5 and cy + 0.5.
+# - A wrong f is an affine map: planes stay planes and parallels stay parallel, but right angles that are not aligned with the image
+#   bend, and no rigid registration repairs it (lesson 07).
+# - Hartley and Zisserman, *Multiple View Geometry in Computer Vision*, 2nd edition, chapter 6. Intel, *Projection in RealSense SDK
+#   2.0*: the two cameras of a device, and `align`.

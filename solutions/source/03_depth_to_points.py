@@ -193,7 +193,7 @@ except NotImplementedError as todo:
     print(todo)
 
 # %% [markdown]
-# ## Task 4 — which mistake made this? (2 points)
+# ## Task 4 — which mistake made this (2 points)
 #
 # Six clouds of one exact depth image, each spoiled by one mistake. The picture shows one row of pixels from above, the
 # table what a tape measure says about the whole cloud. Give each letter its cause, each cause once:

@@ -1,0 +1,184 @@
+"""The numbers that lesson 03 and its lab live on, each with a tolerance; the functions are the lesson's own."""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+import cv2
+import numpy as np
+import open3d as o3d
+import pytest
+
+from course_lib import cameras, tasks
+from course_lib.tasks.mistakes_03 import CAUSE_OF
+
+ROOT = Path(__file__).parents[2]
+LESSON = ROOT / "notebooks" / "source" / "03_depth_to_points.py"
+LAB = ROOT / "solutions" / "source" / "03_depth_to_points.py"
+
+
+@pytest.fixture(scope="module")
+def lesson() -> dict:
+    """The functions that the lesson defines, by name."""
+    tree = ast.parse(LESSON.read_text(encoding="utf-8"))
+    wanted = ("project", "focal_length", "deproject", "by_default", "outlines", "agreement")
+    functions = [node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name in wanted]
+    namespace: dict = {"np": np, "cv2": cv2, "o3d": o3d}
+    exec(compile(ast.Module(functions, []), str(LESSON), "exec"), namespace)
+    return namespace
+
+
+@pytest.fixture(scope="module")
+def wall() -> np.ndarray:
+    """A flat wall 1.5 m before a 640x480 camera."""
+    return np.full((480, 640), 1.5)
+
+
+def test_project_and_deproject_are_inverse(lesson, wall):
+    camera = (525.0, 520.0, 317.0, 245.0)
+    v, u = np.indices(wall.shape)
+    pixels = lesson["project"](lesson["deproject"](wall, *camera), *camera)
+    assert np.abs(pixels - np.stack([u, v], axis=-1)).max() < 1e-9
+
+
+def test_deproject_is_the_librarys(lesson, wall):
+    camera = cameras.PinholeCamera(640, 480, 404.7, 404.7, 319.5, 239.5)
+    wall[::7, ::5] = 0
+    ours = lesson["deproject"](wall, camera.fx, camera.fy, camera.cx, camera.cy)
+    assert np.allclose(ours, cameras.deproject(wall, camera, dtype=np.float64), atol=1e-12, equal_nan=True)
+    wall[:] = 1.5
+
+
+@pytest.mark.parametrize(
+    ("fov", "size", "f"), [(90, 640, 320.0), (60, 640, 554.256), (60, 480, 415.692), (45, 640, 772.548)]
+)
+def test_focal_lengths(lesson, fov, size, f):
+    assert lesson["focal_length"](fov, size) == pytest.approx(f, abs=1e-3)
+
+
+def test_ninety_degrees_hides_two_mistakes():
+    """At 90 degrees the upside-down tangent and the proportion are right; at 45 they are off by hundreds of pixels."""
+    task = tasks.get("03-1")
+    wrong = {m.name: m for m in task.misconceptions}
+    for name in ("tangent upside down", "angle in proportion"):
+        namespace: dict = {"np": np}
+        exec(wrong[name].source, namespace)
+        assert namespace["focal_length"](90, 640) == pytest.approx(320, abs=1e-9)
+        assert abs(namespace["focal_length"](45, 640) - 772.548) > 100
+
+
+def test_range_at_the_corner_is_a_quarter_longer(lesson):
+    """640x480 with f 525: the corner of a wall 2.000 m deep is 2.513 m away."""
+    corner = lesson["deproject"](np.full((480, 640), 2.0), 525, 525, 319.5, 239.5)[0, 0]
+    assert np.linalg.norm(corner) == pytest.approx(2.513, abs=1e-3)
+    assert np.linalg.norm(corner) / 2.0 - 1 == pytest.approx(0.2564, abs=1e-4), "the centre of the corner pixel"
+    edge = lesson["deproject"](np.full((1, 1), 2.0), 525, 525, 320, 240)[0, 0]
+    assert np.linalg.norm(edge) / 2.0 - 1 == pytest.approx(0.2572, abs=1e-4), "the outer corner of the image"
+
+
+@pytest.mark.parametrize(("f", "millimetres"), [(404.7, 2.621), (525.0, 2.020), (617.0, 1.719)])
+def test_half_a_pixel_at_a_metre_and_a_half(lesson, wall, f, millimetres):
+    right = lesson["deproject"](wall, f, f, 319.5, 239.5)
+    half = lesson["deproject"](wall, f, f, 320.0, 240.0)
+    off = 1000 * np.linalg.norm(half - right, axis=-1)
+    assert off.mean() == pytest.approx(millimetres, abs=2e-3)
+    assert off.std() < 1e-9, "half a pixel moves every point of a flat wall alike"
+
+
+@pytest.mark.parametrize("f", [404.7, 423.0, 617.0])
+def test_a_wrong_focal_length_keeps_the_front_view(lesson, wall, f):
+    """x and y times f / 525, z untouched, so every point stays on its ray up to one magnification of the picture."""
+    right = lesson["deproject"](wall, f, f, 319.5, 239.5)
+    wrong = lesson["deproject"](wall, 525, 525, 319.5, 239.5)
+    assert np.abs(wrong[..., 2] - right[..., 2]).max() == 0
+    ratio = wrong[..., :2] / right[..., :2]
+    assert np.abs(ratio - f / 525).max() < 1e-9
+    picture = lesson["project"](wrong, 525, 525, 319.5, 239.5)
+    assert np.abs(picture - lesson["project"](right, f, f, 319.5, 239.5)).max() < 1e-9
+    assert 525 * ratio.mean() == pytest.approx(f, abs=1e-6), "one known length gives f back"
+
+
+def test_the_flip_is_a_rotation_that_moves_points_by_twice_their_height_and_depth(lesson, wall):
+    points = lesson["deproject"](wall, 525, 525, 319.5, 239.5)
+    moved = np.linalg.norm(points * [1, -1, -1] - points, axis=-1)
+    assert np.linalg.det(np.diag([1, -1, -1])) == pytest.approx(1)
+    assert np.allclose(moved, 2 * np.hypot(points[..., 1], points[..., 2]))
+    assert moved.min() >= 3.0
+
+
+def test_open3d_truncates_at_three_metres_by_default(lesson):
+    depth = np.linspace(0.5, 6.0, 640 * 480, dtype=np.float32).reshape(480, 640)
+    kept = lesson["by_default"](np.zeros((480, 640, 3), np.uint8), depth)
+    assert kept.max() == pytest.approx(3.0, abs=1e-3)
+    assert (kept > 0).mean() == pytest.approx(2.5 / 5.5, abs=1e-3)
+
+
+def _load(name: str):
+    from course_lib.notebook import data
+
+    if not data.available(name):
+        pytest.skip(f"the real data {name} are not on this machine")
+    return data.load(name)
+
+
+@pytest.mark.parametrize(
+    ("name", "points", "median", "dropped"),
+    [("tum_pair", 248_250, 2.415, 8.18), ("sun_pair", 251_188, 2.723, 37.74), ("redwood_frames", 267_129, 1.861, 0.0)],
+)
+def test_real_pairs(lesson, name, points, median, dropped):
+    frame = _load(name).frames[0]
+    k = frame.camera
+    lifted = lesson["deproject"](frame.depth, k.fx, k.fy, k.cx, k.cy)
+    measured = np.isfinite(lifted).all(axis=-1)
+    assert measured.sum() == points
+    assert np.median(lifted[measured][:, 2]) == pytest.approx(median, abs=1e-3)
+    kept = (lesson["by_default"](frame.color, frame.depth) > 0).sum()
+    assert 100 * (1 - kept / points) == pytest.approx(dropped, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("name", "index"), [("tum_pair", 0), ("sun_pair", 0), ("redwood_frames", 0), ("realsense_planes", 1)]
+)
+def test_registered_recordings_agree_best_as_stored(lesson, name, index):
+    frame = _load(name).frames[index]
+    curve = {zoom: lesson["agreement"](frame.color, frame.depth, zoom / 10) for zoom in range(8, 21)}
+    assert max(curve, key=curve.get) == 10
+    assert curve[10] > 0.68
+
+
+def test_the_unregistered_recording_is_found_out(lesson):
+    frame = _load("realsense_slam").frames[4]
+    curve = {zoom: lesson["agreement"](frame.color, frame.depth, zoom / 10) for zoom in range(8, 21)}
+    assert curve[10] == pytest.approx(0.52, abs=0.02), "no better than chance, 0.5"
+    assert max(curve, key=curve.get) in (15, 16, 17)
+    assert max(curve.values()) - curve[10] > 0.07
+
+
+def test_the_letters_of_task_4_are_those_of_its_picture():
+    """The lab shuffles its six clouds by a seed; the task's truth must name them in that order."""
+    causes = ["another camera's focal length", "another camera's depth scale", "range for z", "rows for columns",
+              "cut off at 3 m", "flip left in"]
+    seed = int(re.search(r"default_rng\((\d+)\)\.permutation\(6\)", LAB.read_text(encoding="utf-8"))[1])
+    order = np.random.default_rng(seed).permutation(6)
+    assert {letter: causes[i] for letter, i in zip("ABCDEF", order, strict=True)} == CAUSE_OF
+
+
+def test_the_median_reaches_the_highest_band_of_task_5():
+    """The reference earns full points on almost every drawing, a mean over all things less than half."""
+    task = tasks.get("03-5")
+    mean = {m.name: m for m in task.misconceptions}["mean of all"].source
+    full = 0
+    for seed in range(20):
+        cases = tasks.fresh(task, seed)
+        for name, source in (("median", mean.replace("np.nanmean", "np.nanmedian")), ("mean", mean)):
+            namespace: dict = {"np": np}
+            exec(source, namespace)
+            result = tasks.judge_all(task, cases, tasks.run_all(namespace["estimate_focal"], cases))
+            if name == "mean":
+                assert result.score < 0.5
+            else:
+                assert result.passed
+                full += result.score == 1
+    assert full >= 18
