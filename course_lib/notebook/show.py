@@ -242,12 +242,13 @@ class Show:
                 f"The error budget has no row {sorted(unknown)[0]!r}: use {', '.join(s.key for s in budget.STAGES)}."
             )
         rows = []
+        newest = max((stage.lesson for stage in budget.STAGES if stage.key in measured), default="")
         for stage in budget.STAGES:
             value, effect = measured.get(stage.key, (None, None))
             shown = (
                 f"{number(float(value), 2)} {stage.unit}"
                 if value is not None
-                else f"waits for lesson {stage.lesson[:2]}"
+                else f"{'see' if stage.lesson < newest else 'waits for'} lesson {stage.lesson[:2]}"
             )
             rows.append([stage.name, stage.lesson[:2], shown, number(float(effect), 2) if effect is not None else "–"])
         columns = ["error", "lesson", "measured", budget.EFFECT]
