@@ -140,7 +140,7 @@ def _is_given(node: ast.stmt) -> bool:
     if isinstance(node, ast.Import):
         return not any(name.name.startswith("course_lib.notebook") for name in node.names)
     if isinstance(node, ast.Assign):
-        return all(
+        return all(isinstance(target, (ast.Name, ast.Tuple)) for target in node.targets) and all(
             isinstance(part, (ast.Constant, ast.Tuple, ast.List, ast.Dict, ast.Load, ast.UnaryOp, ast.USub))
             for part in ast.walk(node.value)
         )

@@ -55,7 +55,7 @@ _RANGE = "def range_from_depth(depth, f, cx, cy):\n    v, u = np.indices(depth.s
 
 _TASK_1 = Task(
     id="01-1",
-    title="from depth to range",
+    title="From depth to range",
     points=1,
     version=1,
     kind="fill",
@@ -142,7 +142,7 @@ def _encoding(
 
 _TASK_2 = Task(
     id="01-2",
-    title="three cameras, one unit",
+    title="Three cameras, one unit",
     points=2,
     version=1,
     kind="real",
@@ -244,7 +244,7 @@ _HALF = "def half_size(depth):\n    h, w = depth.shape\n    blocks = depth.resha
 
 _TASK_3 = Task(
     id="01-3",
-    title="mend the small depth image",
+    title="Mend the small depth image",
     points=2,
     version=1,
     kind="mend",
@@ -291,7 +291,7 @@ _CAUSES = {"A": "8 bits", "B": "flipped", "C": "range", "D": "mixed", "E": "tum"
 
 _TASK_4 = Task(
     id="01-4",
-    title="which mistake made this?",
+    title="Which mistake made this?",
     points=2,
     version=1,
     kind="which",
@@ -391,7 +391,7 @@ _WINDOWS = "[padded[dv:dv + h, du:du + w] for dv in range(3) for du in range(3)]
 
 _TASK_5 = Task(
     id="01-5",
-    title="catch the flying pixels",
+    title="Catch the flying pixels",
     points=3,
     version=1,
     kind="open",
@@ -437,7 +437,7 @@ _TASK_5 = Task(
 
 _TASK_6 = Task(
     id="01-6",
-    title="explain",
+    title="Explain",
     points=2,
     version=1,
     kind="explain",

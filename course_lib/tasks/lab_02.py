@@ -39,7 +39,7 @@ _ROW = "def row_of(u, v, width, height):\n    return "
 
 _TASK_1 = Task(
     id="02-1",
-    title="where is the pixel in the list?",
+    title="Where is the pixel in the list?",
     points=1,
     version=1,
     kind="fill",
@@ -126,7 +126,7 @@ def _judge_points(case: Case, answer: Plain) -> Verdict:
 
 _TASK_2 = Task(
     id="02-2",
-    title="points out of bytes",
+    title="Points out of bytes",
     points=3,
     version=1,
     kind="real",
@@ -200,7 +200,7 @@ _BACK = "def invert(T):\n    back = np.eye(4)\n    R, t = T[:3, :3], T[:3, 3]\n"
 
 _TASK_3 = Task(
     id="02-3",
-    title="mend the way back",
+    title="Mend the way back",
     points=2,
     version=1,
     kind="mend",
@@ -245,7 +245,7 @@ _MOVES = {"A": "shift first", "B": "inverse", "C": "order", "D": "millimetres", 
 
 _TASK_4 = Task(
     id="02-4",
-    title="which mistake moved it?",
+    title="Which mistake moved it?",
     points=2,
     version=1,
     kind="which",
@@ -333,7 +333,7 @@ def _guess(rng: np.random.Generator) -> Callable[[np.ndarray, int], np.ndarray]:
 
 _TASK_5 = Task(
     id="02-5",
-    title="few points that stand for many",
+    title="Few points that stand for many",
     points=3,
     version=1,
     kind="open",
@@ -367,7 +367,7 @@ _TASK_5 = Task(
 
 _TASK_6 = Task(
     id="02-6",
-    title="explain",
+    title="Explain",
     points=2,
     version=1,
     kind="explain",
