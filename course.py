@@ -260,7 +260,7 @@ def python_to_use(system: str) -> str:
     family = linux_family()
     installs = {"debian": "apt-get install -y python3.11", "fedora": "dnf install -y python3.12"}
     installs.update(suse="zypper install -y python312", arch="pacman -S python")
-    return "sudo {}".format(installs.get(family, installs["debian"]))
+    return as_administrator(installs.get(family, installs["debian"]))
 
 
 # --- The Linux libraries of Open3D and VTK ----------------------------------------------------------------------------
@@ -337,10 +337,18 @@ def linux_family() -> str:
 
 
 def library_command(missing: Sequence[str], family: str) -> str:
-    """The line that an administrator runs to install these libraries."""
+    """The line that an administrator runs to install these libraries; "" where none is missing."""
     column, command = FAMILIES.get(family, FAMILIES["debian"])
     packages = sorted(set(" ".join(PACKAGES[name][column] for name in missing).split()))
-    return "{} {}".format(command, " ".join(packages))
+    return as_administrator(f"{command} {' '.join(packages)}") if packages else ""
+
+
+def is_administrator() -> bool:
+    return hasattr(os, "geteuid") and os.geteuid() == 0
+
+
+def as_administrator(command: str) -> str:
+    return command if is_administrator() else f"sudo {command}"
 
 
 def ensure_libraries(known: Facts) -> None:
@@ -352,41 +360,33 @@ def ensure_libraries(known: Facts) -> None:
         If Open3D cannot load. Without a driver to draw with, only a remark is printed.
     """
     vital, drawing = missing_libraries(known)
-    if not vital and not drawing:
-        return
     family = linux_family()
-    tried = "" if family == "debian" else " (untested on this Linux)"
-    if family == "debian" and shutil.which("apt-get") and os.geteuid() == 0:
+    if (vital or drawing) and family == "debian" and is_administrator() and shutil.which("apt-get"):
         command = library_command(vital + drawing, family)
         say(f"Installing Linux libraries of Open3D and VTK: {command}")
         apt_get(command)
         vital, drawing = missing_libraries(known)
-    administrator = "sudo " + library_command(vital + drawing, family) if vital or drawing else ""
+    line = library_command(vital + drawing, family)
+    tried = "" if family == "debian" else " (untested on this Linux)"
     if vital:
-        raise Stop(
-            "libraries",
-            "Open3D cannot load without {}; an administrator installs what is missing with this line{}:".format(
-                ", ".join(vital), tried
-            ),
-            administrator,
+        names = ", ".join(vital)
+        sentence = (
+            f"Open3D cannot load without {names}; an administrator installs what is missing with this line{tried}:"
         )
+        raise Stop("libraries", sentence, line)
     if drawing:
-        say(
-            "There is no driver to draw 3D with: everything works, with clouds and meshes drawn by matplotlib. "
-            f"An administrator adds one with{tried}:\n    {administrator}"
-        )
+        say("There is no driver to draw 3D with: everything works, with clouds and meshes drawn by matplotlib.")
+        say(f"An administrator adds one with this line{tried}:\n    {line}")
 
 
 def apt_get(command: str) -> None:
+    """Run an apt-get line after `apt-get update`, asking nothing; what it says goes to .uv/apt.log."""
     environment = dict(os.environ, DEBIAN_FRONTEND="noninteractive")
     options = ["-o", "DPkg::Lock::Timeout=300", "-o", "APT::Sandbox::User=root", "-qq"]
-    log = PRIVATE / "apt.log"
-    PRIVATE.mkdir(exist_ok=True)
-    with open(str(log), "wb") as file:
+    with open(str(PRIVATE / "apt.log"), "wb") as file:
         for words in (["apt-get", "update"], command.split()):
-            subprocess.call(
-                words[:1] + options + words[1:], stdin=subprocess.DEVNULL, stdout=file, stderr=file, env=environment
-            )
+            words[1:1] = options
+            subprocess.call(words, stdin=subprocess.DEVNULL, stdout=file, stderr=file, env=environment)
 
 
 # --- The package index in force ---------------------------------------------------------------------------------------
@@ -1026,7 +1026,7 @@ def basic_verdicts(known: Facts) -> List[Verdict]:
         verdicts.append(Verdict("Python", False, f"{stop.sentence} ({text})", stop.mend))
     vital, drawing = missing_libraries(known)
     if known.system == "Linux":
-        line = "sudo " + library_command(vital + drawing, linux_family()) if vital or drawing else ""
+        line = library_command(vital + drawing, linux_family())
         told = "Open3D cannot load without " + ", ".join(vital) if vital else "what Open3D needs is there"
         verdicts.append(Verdict("Linux libraries", not vital, told, line if vital else ""))
         if drawing:

@@ -95,7 +95,7 @@ def _open3d(tree: Tree, launcher: ModuleType) -> Iterator[tuple]:
 
 def _rendering(tree: Tree, launcher: ModuleType) -> Iterator[tuple]:
     # In a process of its own too: where wheels are damaged, the probe itself cannot be imported.
-    code, said = _run(tree, "from course_lib.notebook._render import rendering; print(': '.join(rendering()))")
+    code, said = _run(tree, "from course_lib.notebook._probe import rendering; print(': '.join(rendering()))")
     if code:
         yield launcher.Verdict("rendering", False, said, "mend the wheels first")
         return
@@ -104,7 +104,7 @@ def _rendering(tree: Tree, launcher: ModuleType) -> Iterator[tuple]:
         yield launcher.Verdict("rendering", True, f"PyVista draws ({why})")
         return
     vital, drawing = launcher.missing_libraries(launcher.facts())
-    line = "sudo " + launcher.library_command([*vital, *drawing], launcher.linux_family()) if vital or drawing else ""
+    line = launcher.library_command([*vital, *drawing], launcher.linux_family())
     yield launcher.Verdict("rendering", None, f"matplotlib draws clouds and meshes ({why})", line)
 
 
