@@ -8,7 +8,7 @@ import numpy as np
 
 from course_lib.notebook._compose import Panel, columns_of, compose, panel_width
 from course_lib.notebook._picture import DENSITY, Picture, picture_of
-from course_lib.notebook._render import rendering
+from course_lib.notebook._probe import rendering
 from course_lib.notebook._scene import Scene
 from course_lib.notebook._views import View, layout
 from course_lib.notebook._words import sentence
@@ -70,4 +70,4 @@ def _point_size(scene: Scene, view: View, size: float | None) -> float:
     )
     cells = np.unique((pixels[inside] // 16).astype(np.int64) @ [1, 100_000])
     spacing = np.sqrt(256 * max(len(cells), 1) / max(int(inside.sum()), 1))
-    return float(np.clip((1.5 if view.eye is None else 1.9) * spacing, 2.4, 10.0))
+    return float(np.clip((1.5 if len(clouds) > 1 else 1.9) * spacing, 2.4, 10.0))

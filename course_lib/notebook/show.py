@@ -25,7 +25,7 @@ from course_lib.notebook._depth import depth_picture, frames_picture, images_pic
 from course_lib.notebook._paint import Colouring
 from course_lib.notebook._panels import draw_scenes
 from course_lib.notebook._picture import Picture, picture
-from course_lib.notebook._render import rendering
+from course_lib.notebook._probe import rendering
 from course_lib.notebook._scene import Scene, build, views_text
 from course_lib.notebook._views import FRAMES, VIEW_WORDS, View, look
 from course_lib.notebook._words import number
