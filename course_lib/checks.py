@@ -25,9 +25,9 @@ def nearest_name(name: str, names: Iterable[str]) -> str:
     >>> nearest_name("x", ["tum", "sun"])
     'known are: sun, tum.'
     """
-    known = sorted(names)
+    known = {each.lower(): each for each in sorted(names)}
     close = difflib.get_close_matches(str(name).lower(), known, n=1, cutoff=0.5)
-    return f"did you mean {close[0]!r}?" if close else f"known are: {', '.join(known)}."
+    return f"did you mean {known[close[0]]!r}?" if close else f"known are: {', '.join(known.values())}."
 
 
 def numbers(values: ArrayLike, what: str) -> NDArray:
@@ -171,6 +171,7 @@ def check_rigid(T: ArrayLike, name: str = "T") -> NDArray[np.float64]:
 
 
 def check_rotation(R: NDArray[np.float64], name: str) -> None:
+    """Raise ValueError if the (3, 3) matrix is not a rotation: lengths, angles and handedness kept."""
     error = float(np.abs(R.T @ R - np.eye(3)).max())
     if error > RIGID_TOLERANCE:
         raise ValueError(

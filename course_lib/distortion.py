@@ -61,7 +61,7 @@ def undistort(xy: ArrayLike, distortion: ArrayLike) -> NDArray[np.float64]:
 
     Parameters
     ----------
-    xy : (..., 2) distorted normalised coordinates: (u − cx)/fx, (v − cy)/fy. NaN stays NaN.
+    xy : (..., 2) distorted normalised coordinates: (u − cx)/fx, (v − cy)/fy. A point with a NaN becomes NaN.
     distortion : (5,) k1, k2, p1, p2, k3.
 
     Returns
@@ -75,8 +75,9 @@ def undistort(xy: ArrayLike, distortion: ArrayLike) -> NDArray[np.float64]:
     """
     target = checks.last_axis(xy, 2, "xy").astype(np.float64)
     flat = target.reshape(-1, 2)
-    result = flat.copy()
-    todo = np.flatnonzero(np.isfinite(flat).all(axis=1))
+    finite = np.isfinite(flat).all(axis=1)
+    result = np.where(finite[:, None], flat, np.nan)
+    todo = np.flatnonzero(finite)
     for _ in range(UNDISTORT_STEPS):
         guess, wanted = result[todo], flat[todo]
         miss = distort(guess, distortion) - wanted

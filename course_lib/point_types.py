@@ -49,8 +49,7 @@ def point_type(name: str) -> np.dtype:
     16
     """
     if name not in POINT_TYPES:
-        lower = {n.lower(): n for n in POINT_TYPES}
-        raise ValueError(f"point_type: there is no {name!r}; {checks.nearest_name(name, lower)}")
+        raise ValueError(f"point_type: there is no {name!r}; {checks.nearest_name(name, POINT_TYPES)}")
     return POINT_TYPES[name]
 
 
@@ -98,8 +97,8 @@ def unpack_rgb(packed: ArrayLike) -> NDArray[np.uint8]:
         If packed is neither float32 nor uint32: converting a packed float loses its bits.
     """
     array = np.asarray(packed)
-    if array.dtype not in (np.float32, np.uint32):
+    native = array.dtype.newbyteorder("=")
+    if native not in (np.float32, np.uint32):
         raise ValueError(f"packed: expected float32 or uint32 with the bits of a colour, got {array.dtype}.")
-    bits = np.ascontiguousarray(array.astype(array.dtype.newbyteorder("="), copy=False)).view(np.uint32)
-    bits = bits.reshape(array.shape)
+    bits = np.ascontiguousarray(array.astype(native, copy=False)).view(np.uint32).reshape(array.shape)
     return np.stack([(bits >> 16) & 255, (bits >> 8) & 255, bits & 255], axis=-1).astype(np.uint8)
