@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import importlib
-import os
 import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -17,20 +16,36 @@ from .kernels import CellFailed, execute
 from .outputs import keep_unchanged
 from .tree import CourseError, Source, Tree
 
-__all__ = ["build", "build_all", "check_agreement", "check_all", "exercise_from", "orphans", "prepare_data"]
+__all__ = [
+    "build",
+    "build_all",
+    "check_agreement",
+    "check_all",
+    "exercise_from",
+    "missing_data",
+    "orphans",
+    "prepare_data",
+]
 
 KEPT_PLANS = 3  # tasks 1–3 keep the solution's comments as a plan
 
 
-def _available(names: Iterable[str]) -> dict[str, bool]:
-    """Make every synthetic dataset that is named, and say of every one whether it is there."""
+def missing_data(names: Iterable[str]) -> set[str]:
+    """Which of these datasets are real ones that nobody has fetched.
+
+    Raises
+    ------
+    CourseError
+        If a name is unknown; the nearest is suggested.
+    """
+    names = sorted(set(names))
+    if not names:
+        return set()
     data = importlib.import_module("course_lib.notebook.data")
-    there = {}
-    for name in names:
-        if hasattr(data, "prepare"):
-            data.prepare(name)
-        there[name] = bool(data.available(name))
-    return there
+    try:
+        return {name for name in names if not data.available(name)}
+    except data.Refusal as refusal:
+        raise CourseError(str(refusal)) from refusal
 
 
 def prepare_data(nb: NotebookNode) -> set[str]:
@@ -39,12 +54,21 @@ def prepare_data(nb: NotebookNode) -> set[str]:
     Returns
     -------
     The named datasets that are not there: real ones that nobody has fetched.
+
+    Raises
+    ------
+    CourseError
+        If a name is unknown, or the data cannot be written.
     """
     names = nbs.named_datasets(nb)
-    if not names:
-        return set()
-    os.environ.setdefault("COURSE_QUIET", "1")
-    return {name for name, there in _available(names).items() if not there}
+    missing = missing_data(names)
+    if names:
+        data = importlib.import_module("course_lib.notebook.data")
+        try:
+            data.prepare(names)
+        except data.Refusal as refusal:
+            raise CourseError(str(refusal)) from refusal
+    return missing
 
 
 def exercise_from(solution: NotebookNode) -> NotebookNode:
@@ -114,8 +138,18 @@ def _explain(failure: CellFailed, nb: NotebookNode, source: Source, tree: Tree) 
     return CourseError(f"{place}: {failure}\n{text}\n  The notebook was left as it was.")
 
 
-def build(source: Source, tree: Tree, say: Callable[[str], None] = lambda line: None) -> list[Path]:
+def build(
+    source: Source,
+    tree: Tree,
+    say: Callable[[str], None] = lambda line: None,
+    prepare: Callable[[NotebookNode], set[str]] = prepare_data,
+) -> list[Path]:
     """Execute a source and store what came out.
+
+    Parameters
+    ----------
+    say : prints a line.
+    prepare : makes the data that a notebook names, and returns the names of what is missing.
 
     Returns
     -------
@@ -127,7 +161,7 @@ def build(source: Source, tree: Tree, say: Callable[[str], None] = lambda line: 
         If a cell fails or data are missing; the stored notebooks are then untouched.
     """
     nb = nbs.read_source(source.path)
-    missing = prepare_data(nb)
+    missing = prepare(nb)
     old = _old(source.notebook)
     try:
         execute(nb, tree.root, strict=source.kind == "lab")
@@ -174,14 +208,14 @@ def check_agreement(source: Source, tree: Tree) -> list[str]:
     """
     wanted = nbs.read_source(source.path)
     mend = f"mend: python3 course.py build {source.name}"
-    found: list[str] = []
+    found: list[tuple[Path, str]] = []
     stored: NotebookNode | None = None
     try:
         stored = nbs.read_notebook(source.notebook)
         found += [(source.notebook, line) for line in _differences(stored, wanted) + _never_run(stored)]
         found += _not_canonical(source.notebook, stored)
     except CourseError as error:
-        found.append((source.notebook, str(error)))
+        found.append((source.notebook, str(error).rstrip(".")))
     if source.exercise is not None and stored is not None:
         try:
             exercise = nbs.read_notebook(source.exercise)
@@ -192,7 +226,7 @@ def check_agreement(source: Source, tree: Tree) -> list[str]:
             found += [(source.exercise, line) for line in lines]
             found += _not_canonical(source.exercise, exercise)
         except CourseError as error:
-            found.append((source.exercise, str(error)))
+            found.append((source.exercise, str(error).rstrip(".")))
     return [f"{tree.relative(path)}: {line}; {mend}" for path, line in found]
 
 

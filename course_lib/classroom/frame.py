@@ -25,6 +25,8 @@ AFTER = "Going further"
 
 _FENCE = re.compile(r"```.*?```", re.S)
 _CONCEPT = re.compile(r"<summary>(?:(?!</summary>).)*\b(?:answer|vote)\b", re.I | re.S)
+_PREDICT = re.compile(r"(?<!def )\bpredict\(")
+_REPORT = re.compile(r"(?<!def )\breport(?:_table)?\(")
 _HINT = re.compile(r"<summary>\s*Hint\s+(\d+)\s*:\s*(\w+)", re.I)
 
 
@@ -175,7 +177,7 @@ def _content(parts: list[Part], core: list[Part]) -> list[str]:
         if len(terms) > MOST_TERMS:
             which = ", ".join(terms)
             found.append(f"section {part.number} has {len(terms)} new terms, more than {MOST_TERMS}: {which}")
-    asking = [cell for cell in cells if re.search(r"\bpredict\(", cell.source)]
+    asking = [cell for cell in cells if _PREDICT.search(cell.source)]
     if not asking:
         found.append("no predict(...) prompt in the core")
     if any("prediction" not in nbs.cell_tags(cell) for cell in asking):
@@ -183,7 +185,7 @@ def _content(parts: list[Part], core: list[Part]) -> list[str]:
     after_card = [part for part in core[1:] if part.heading != "Card"]
     if not any(_CONCEPT.search(part.prose) for part in after_card):
         found.append("no concept question (choices, and a folded answer whose summary says Vote or Answer)")
-    if not any(re.search(r"\breport(?:_table)?\(", cell.source) for part in numbered for cell in part.code):
+    if not any(_REPORT.search(cell.source) for part in numbered for cell in part.code):
         found.append("no report(...) number in its sections")
     return found
 

@@ -1,0 +1,180 @@
+"""`course test`: one pytest run over the library, the tools, and every stored lesson and solution through nbval."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from nbformat import NotebookNode
+
+from . import notebooks as nbs
+from .build import missing_data, prepare_data
+from .kernels import CELL_SECONDS, START_SECONDS, kernel_environment
+from .tree import CourseError, Tree
+
+__all__ = ["Skipped", "copy_notebooks", "pytest_words", "prove", "skipped_line", "stub_findings"]
+
+WORKERS = 2
+QUICK_LESSON, QUICK_LAB = "00", "01"
+QUICK_TASKS = ("00", "01")
+
+# Our own settings: a pytest.ini or pyproject.toml beside a notebook must not change what is proved.
+INI = """\
+[pytest]
+timeout = 300
+norecursedirs = fixtures source .*
+markers =
+    slow: longer than a few seconds; left out by --quick
+filterwarnings =
+    ignore::DeprecationWarning
+"""
+
+
+@dataclass(frozen=True)
+class Skipped:
+    """Real-data cells whose outputs cannot be compared, because their data are not there."""
+
+    cells: int
+    notebooks: int
+    datasets: tuple[str, ...]
+
+
+def copy_notebooks(notebooks: Iterable[Path], tree: Tree, folder: Path, missing: Callable[..., set[str]]) -> Skipped:
+    """Copy notebooks, and free real-data cells whose data are missing from the comparison.
+
+    Parameters
+    ----------
+    notebooks : stored notebooks; one that cannot be read is left out (its gate says why).
+    folder : where the copies go, in the same folders as in the course.
+    missing : given names of datasets, those that are not there.
+    """
+    cells = changed = 0
+    lacking: set[str] = set()
+    for path in notebooks:
+        try:
+            nb = nbs.read_notebook(path)
+        except CourseError:
+            continue
+        before = cells
+        for cell in nb.cells:
+            names = missing(nbs.real_datasets(cell.source)) if cell.cell_type == "code" else set()
+            if names:
+                cell.metadata["tags"] = [*nbs.cell_tags(cell), "nbval-ignore-output"]
+                lacking |= names
+                cells += 1
+        changed += cells > before
+        nbs.write_notebook(folder / tree.relative(path), nb)
+    return Skipped(cells, changed, tuple(sorted(lacking)))
+
+
+def skipped_line(skipped: Skipped) -> str:
+    """Say what was not compared, and why; "" where everything was."""
+    if not skipped.cells:
+        return ""
+    mirror = os.environ.get("COURSE_DATA_MIRROR")
+    why = f"{mirror} and the cache lack {', '.join(skipped.datasets)}" if mirror else "COURSE_DATA_MIRROR is not set"
+    cells = "cell" if skipped.cells == 1 else "cells"
+    notebooks = "notebook" if skipped.notebooks == 1 else "notebooks"
+    return f"{skipped.cells} real-data {cells} in {skipped.notebooks} {notebooks} skipped: {why}"
+
+
+def _stored(tree: Tree, quick: bool) -> list[Path]:
+    """The notebooks that nbval proves."""
+    lessons, labs = tree.lessons(), tree.labs()
+    if quick:
+        lessons = [lesson for lesson in lessons if lesson.number == QUICK_LESSON]
+        labs = [lab for lab in labs if lab.number == QUICK_LAB]
+    return [source.notebook for source in lessons + labs if source.notebook.exists()]
+
+
+def _left_out(tree: Tree) -> list[str]:
+    """What --quick does not run: tasks and notebooks of later labs."""
+    tests = sorted((tree.tests_folder / "tasks").glob("test_lab_*.py"))
+    later = [path for path in tests if path.stem.removeprefix("test_lab_")[:2] not in QUICK_TASKS]
+    return [f"--ignore={path}" for path in later] + ["-m", "not slow"]
+
+
+def pytest_words(tree: Tree, folder: Path, quick: bool, workers: int, more: Sequence[str]) -> list[str]:
+    """The one pytest command of a proof, its settings taken from nowhere but here."""
+    ini = folder / "prove.ini"
+    ini.write_text(INI, encoding="utf-8")
+    return [
+        *(sys.executable, "-P", "-m", "pytest", "-c", str(ini), "--rootdir", str(tree.root)),
+        *("--import-mode=importlib", "-p", "no:cacheprovider", "-q", "--color=no", "--durations=8"),
+        *("-n", str(workers), "--dist", "loadfile"),
+        *("--nbval", "--nbval-current-env", f"--nbval-cell-timeout={CELL_SECONDS}"),
+        f"--nbval-kernel-startup-timeout={START_SECONDS}",
+        *(_left_out(tree) if quick else ()),
+        *more,
+        *(str(place) for place in (tree.tests_folder, folder / "notebooks", folder / "solutions") if place.exists()),
+    ]
+
+
+def prove(tree: Tree, quick: bool, workers: int, more: Sequence[str], say: Callable[[str], None]) -> int:
+    """Run the proof and return pytest's exit code.
+
+    Parameters
+    ----------
+    quick : the library, the tools, lesson 00 and lab 01 only.
+    workers : processes; each runs one file, and so one notebook's kernel, at a time.
+    more : further words for pytest.
+    say : prints a line.
+    """
+    stored = _stored(tree, quick)
+    with tempfile.TemporaryDirectory(prefix="course-test-", ignore_cleanup_errors=True) as name:
+        folder = Path(name)
+        skipped = copy_notebooks(stored, tree, folder, missing_data)
+        for path in sorted(folder.rglob("*.ipynb")):
+            prepare_data(nbs.read_notebook(path))
+        (folder / "ipython").mkdir()
+        environment = kernel_environment(tree.root, folder / "ipython")
+        environment.update(JUPYTER_RUNTIME_DIR=str(folder / "runtime"), COURSE_QUICK="1" if quick else "0")
+        words = pytest_words(tree, folder, quick, workers, more)
+        code = subprocess.run(words, env=environment, cwd=tree.root, check=False).returncode
+    if skipped.cells:
+        say(skipped_line(skipped))
+    return code
+
+
+def _task_of_check(source: str) -> str | None:
+    match = re.search(r"\bcheck\(\s*[\"'](\d\d-\d+)[\"']", source)
+    return match[1] if match else None
+
+
+def stub_findings(nb: NotebookNode, skipped: Callable[[str], bool] = lambda task: False) -> list[str]:
+    """What is wrong with an exercise that ran untouched under COURSE_STRICT=1, errors kept.
+
+    Each check must end in its own task's NotImplementedError, and no other cell in any error.
+
+    Parameters
+    ----------
+    nb : the executed exercise.
+    skipped : whether a task's check has no data to run on here, and so says nothing.
+    """
+    found = []
+    checks = 0
+    for number, cell in enumerate(nb.cells):
+        if cell.cell_type != "code":
+            continue
+        raised = [f"{output.ename}: {output.evalue}" for output in cell.outputs if output.output_type == "error"]
+        task = _task_of_check(cell.source) if "check" in nbs.cell_tags(cell) else None
+        if task is None:
+            declared = "raises-exception" in nbs.cell_tags(cell)
+            found += [] if declared else [f"cell {number} ({cell.id}) raises {error[:100]}" for error in raised]
+            continue
+        checks += 1
+        wanted = f"NotImplementedError: Task {task.split('-')[1]}:"
+        if not raised and not skipped(task):
+            found.append(f"cell {number} ({cell.id}): the check of the stub {task} raises nothing")
+        found += [
+            f"cell {number} ({cell.id}): the check of {task} raises {error[:100]}, not {wanted} …"
+            for error in raised
+            if not error.startswith(wanted)
+        ]
+    return found if checks else [*found, "it has no check"]
