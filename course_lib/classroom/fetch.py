@@ -139,7 +139,8 @@ def _resumed(url: str, output: Path, target: Path, one: RemoteFile, step: Step) 
         try:
             _request(url, part, one, step)
         except requests.RequestException as error:
-            refused = isinstance(error, requests.HTTPError) and 400 <= error.response.status_code < 500
+            status = error.response.status_code if isinstance(error, requests.HTTPError) else 0
+            refused = 400 <= status < 500 and status not in (408, 429)
             if attempt == TRIES or refused:
                 raise FetchFailed(_why(error, url)) from error
             time.sleep(PAUSE_SECONDS * attempt)

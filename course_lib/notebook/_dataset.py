@@ -35,7 +35,8 @@ class Lazy(Sequence):
         return self._make(int(index) % self._count)
 
     def __repr__(self) -> str:
-        return f"{self._count} {self._what}, each decoded when asked for"
+        what = self._what.removesuffix("s") if self._count == 1 else self._what
+        return f"{self._count} {what}, decoded when asked for"
 
 
 class _NoSuchItem(Refusal, IndexError):
@@ -172,8 +173,8 @@ class Dataset:
         return self.raw_frame(int(index) % len(frames))
 
     def __repr__(self) -> str:
-        kinds = {"synthetic": "synthetic, with truth", "real": "really captured", "yours": "your own recording"}
-        lines = [f"{self.name}: {self.title}", f"  kind        {kinds[self.kind]}; units: {self.units}"]
+        kinds = {"synthetic": "made here, with truth", "real": "recorded by others", "yours": "your own recording"}
+        lines = [f"{self.name}: {self.title}", f"  kind        {self.kind} ({kinds[self.kind]}); units: {self.units}"]
         held = {name: value for name, value in self.held.items() if value is not None and _filled(value)}
         lines += [f"  {name:<11} {_brief(value)}" for name, value in held.items()]
         lines += [f"  {name:<11} {text}" for name, text in (("licence", self.licence), ("credit", self.credit)) if text]

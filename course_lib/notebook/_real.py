@@ -115,7 +115,7 @@ def camera_of(entry: Entry, paths: dict[str, Path]) -> PinholeCamera:
 
 def with_frames(
     base: Dataset,
-    pairs: list[tuple[Path, Path]],
+    pairs: dict[str, tuple[Path, Path]],
     camera: PinholeCamera,
     encoding: str,
     *,
@@ -123,18 +123,19 @@ def with_frames(
     poses: np.ndarray | None = None,
     **held: object,
 ) -> Dataset:
-    """Add frames to a dataset: (colour file, depth file) pairs, decoded when asked for."""
+    """Add frames to a dataset: frame's name → (colour file, depth file), decoded when asked for."""
     form = find_encoding(encoding)
+    names = [base.name if len(pairs) == 1 else f"{base.name} {name}" for name in pairs]
+    paths = list(pairs.values())
 
     def raw(index: int) -> tuple[np.ndarray, np.ndarray]:
-        color, depth = pairs[index]
+        color, depth = paths[index]
         return files.read_image(color), files.read_depth(depth)
 
     def frame(index: int) -> RGBDFrame:
         color, depth = raw(index)
         T = None if poses is None else poses[index]
-        name = f"{base.name} {pairs[index][1].stem}" if len(pairs) > 1 else base.name
-        return RGBDFrame(color, decode_depth(depth, form), camera, T, registered=registered, name=name)
+        return RGBDFrame(color, decode_depth(depth, form), camera, T, registered=registered, name=names[index])
 
     parts = {
         "frames": Lazy(len(pairs), frame, "frames"),
@@ -145,11 +146,12 @@ def with_frames(
     return replace(base, held={**parts, **held}, raw_frame=raw)
 
 
-def _pairs(paths: dict[str, Path], start: str = "") -> list[tuple[Path, Path]]:
+def _pairs(paths: dict[str, Path], start: str = "") -> dict[str, tuple[Path, Path]]:
     """Pair the files called color... with those called depth..., each in the catalogue's order."""
-    colors = [path for name, path in paths.items() if name.startswith(f"{start}color")]
-    depths = [path for name, path in paths.items() if name.startswith(f"{start}depth")]
-    return list(zip(colors, depths, strict=True))
+    colors = [name for name in paths if name.startswith(f"{start}color")]
+    depths = [name for name in paths if name.startswith(f"{start}depth")]
+    labels = [Path(name).stem.removeprefix("depth_") for name in depths]
+    return {n: (paths[c], paths[d]) for n, c, d in zip(labels, colors, depths, strict=True)}
 
 
 def _frames(entry: Entry, paths: dict[str, Path]) -> Dataset:

@@ -34,6 +34,7 @@ __all__ = [
     "write_mesh",
 ]
 
+PARTS = ("positions", "colors", "normals", "labels")
 CLOUDS = {".ply": check_ply, ".pcd": check_pcd, ".xyz": check_xyz}
 
 
@@ -72,15 +73,16 @@ def read_cloud(path: str | Path) -> PointCloud:
     o3d, quiet = _open3d()
     with quiet:
         cloud = o3d.t.io.read_point_cloud(str(path), remove_nan_points=False, remove_infinite_points=False)
-    points = cloud.point["positions"].numpy() if "positions" in cloud.point else np.zeros((0, 3))
+    # Copies: an array that shares Open3D's memory makes it print its statistics when Python ends.
+    parts = {name: cloud.point[name].numpy().copy() for name in PARTS if name in cloud.point}
+    points = parts.get("positions", np.zeros((0, 3)))
     if len(points) != count:
         raise Refusal(f"{shown(path)} promises {count:,} points and Open3D read {len(points):,}: save it again.")
-    colors = cloud.point["colors"].numpy() if "colors" in cloud.point else None
-    normals = cloud.point["normals"].numpy() if "normals" in cloud.point else None
-    labels = cloud.point["labels"].numpy().reshape(-1) if "labels" in cloud.point else None
+    colors, labels = parts.get("colors"), parts.get("labels")
     if colors is not None and colors.dtype != np.uint8:
         colors = np.round(np.clip(colors, 0, 1) * 255).astype(np.uint8)
-    return PointCloud(points, colors=colors, normals=normals, labels=labels)
+    labels = None if labels is None else labels.reshape(-1)
+    return PointCloud(points, colors=colors, normals=parts.get("normals"), labels=labels)
 
 
 def read_organised(path: str | Path) -> tuple[np.ndarray, np.ndarray | None]:
@@ -132,8 +134,11 @@ def write_cloud(path: str | Path, cloud: PointCloud, *, ascii: bool = False) -> 
             values = np.ascontiguousarray(values.reshape(len(cloud.points), -1))
             tensor.point[name] = o3d.core.Tensor(values.astype(np.int32) if name == "labels" else values)
     size = sum(v.nbytes for v in (cloud.points, cloud.colors, cloud.normals, cloud.labels) if v is not None)
-    with atomic_file(path, size * (4 if ascii else 1)) as partial, quiet:
-        done = o3d.t.io.write_point_cloud(str(partial), tensor, write_ascii=ascii)
+    with atomic_file(path, size * (4 if ascii or path.suffix.lower() == ".xyz" else 1)) as partial, quiet:
+        if path.suffix.lower() == ".xyz":  # the tensor writer of XYZ takes float32 only
+            done = o3d.io.write_point_cloud(str(partial), tensor.to_legacy())
+        else:
+            done = o3d.t.io.write_point_cloud(str(partial), tensor, write_ascii=ascii)
         _prove(partial, path, done, {"vertex": len(cloud.points)})
     return path
 
@@ -197,7 +202,10 @@ def write_mesh(path: str | Path, mesh: Mesh, *, ascii: bool = False) -> Path:
 
 def _prove(partial: Path, path: Path, done: bool, wanted: dict[str, int]) -> None:
     """Read back the counts of what was written: a full disk does not make Open3D fail."""
-    counts = CLOUDS[path.suffix.lower()](partial).counts if done and partial.stat().st_size else {}
+    try:
+        counts = CLOUDS[path.suffix.lower()](partial).counts if done and partial.stat().st_size else {}
+    except Refusal:
+        counts = {}
     if any(counts.get(name) != count for name, count in wanted.items()):
         raise CannotWrite(f"{shown(path)} was not written whole and was removed: is the disk full?")
 
