@@ -7,14 +7,11 @@ import struct
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from course_lib import cameras, pointcloud, rgbd, transforms
 from course_lib.pointcloud import POINT_TYPES, PointCloud, PointCloud2, PointField
-
-settings.register_profile("topics", deadline=None, derandomize=True, max_examples=150)
-settings.load_profile("topics")
 
 CUBE = np.array(np.meshgrid([0, 1], [0, 2], [0, 3])).reshape(3, -1).T.astype(float)
 

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import open3d as o3d
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -18,9 +18,6 @@ from course_lib import cameras, rgbd
 CAMERA = cameras.preset("primesense")
 ROOM = np.tile(np.linspace(1, 3, 640, dtype=np.float32), (480, 1))
 PICTURE = np.zeros((480, 640, 3), np.uint8)
-
-settings.register_profile("topics", deadline=None, derandomize=True, max_examples=150)
-settings.load_profile("topics")
 
 
 # --- encodings ---

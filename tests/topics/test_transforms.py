@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
 from course_lib import transforms
-
-settings.register_profile("topics", deadline=None, derandomize=True, max_examples=150)
-settings.load_profile("topics")
 
 coordinate = st.floats(-10, 10, allow_nan=False)
 vector = st.tuples(coordinate, coordinate, coordinate).map(np.array)
