@@ -230,8 +230,8 @@ def _judge_half(case: Case, answer: Plain) -> Verdict:
         _MILLIMETRE,
         "m",
         "depth",
-        f"The pixel in row {row}, column {column} is {small[row, column]:.2f} m, {quantity(worst, 'm')} from any "
-        f"measured depth that it covers ({covered} m; 0 is no data).",
+        f"The pixel in row {row}, column {column} is {quantity(float(small[row, column]), 'm')}, "
+        f"{quantity(worst, 'm')} from any measured depth that it covers ({covered} m; 0 is no data).",
     )
 
 
@@ -325,24 +325,30 @@ _TASK_4 = Task(
 def flying_scene(rng: np.random.Generator, height: int = 72, width: int = 96) -> tuple[np.ndarray, np.ndarray]:
     """A noisy depth image and the mask of its flying pixels.
 
-    Noise of 0.3 % of z² (as stereo has it) and holes beside outlines; half of the pixels on the far side of an outline
-    hang somewhere between near and far.
+    Things from 0.6 m on before a wall about 5 m away; noise of 0.006 z², as stereo has it, and holes beside outlines.
+    Half of the pixels on the far side of an outline hang somewhere between near and far.
 
     Returns
     -------
     depth : (height, width) float64, metres, 0 = no data.
     flying : (height, width) bool.
     """
-    clean = _wall_with_things(rng, height, width, holes=0)
+    v, u = np.indices((height, width))
+    clean = rng.uniform(4.5, 6) + rng.uniform(-1, 1) * u / width + rng.uniform(-1, 1) * v / height
+    for _ in range(int(rng.integers(4, 8))):
+        z, size = rng.uniform(0.6, 3.5), rng.uniform(0.1, 0.25) * height
+        cv, cu = rng.uniform(0, height), rng.uniform(0, width)
+        box = rng.random() < 0.5
+        inside = np.maximum(abs(v - cv), abs(u - cu)) < size if box else np.hypot(v - cv, u - cu) < size
+        clean = np.where(inside & (z < clean), z, clean)
     near = clean.copy()
     for dv in (-1, 0, 1):
         for du in (-1, 0, 1):
             near = np.minimum(near, np.roll(clean, (dv, du), (0, 1)))
-    jump = clean - near > 0.15
+    jump = clean - near > 0.5
     flying = jump & (rng.random(clean.shape) < 0.5)
-    share = rng.uniform(0.1, 0.9, clean.shape)
-    depth = np.where(flying, near + share * (clean - near), clean)
-    depth += rng.normal(0, 0.003, clean.shape) * depth**2
+    depth = np.where(flying, near + rng.uniform(0.15, 0.8, clean.shape) * (clean - near), clean)
+    depth += rng.normal(0, 0.006, clean.shape) * depth**2
     holes = (jump & ~flying & (rng.random(clean.shape) < 0.5)) | (rng.random(clean.shape) < 0.02)
     depth[holes] = 0
     return depth, flying & ~holes
@@ -357,7 +363,7 @@ def _f1(marked: np.ndarray, true: np.ndarray) -> float:
     return 2 * float((marked & true).sum()) / max(float(marked.sum() + true.sum()), 1.0)
 
 
-_BANDS = ((0.15, 1.0), (0.25, 2 / 3), (0.4, 1 / 3))  # of 1 - F1
+_BANDS = ((0.15, 1.0), (0.25, 1 / 3), (0.4, 1 / 6))  # of 1 - F1
 
 
 def _judge_flying(case: Case, answer: Plain) -> Verdict:
@@ -373,15 +379,21 @@ def _mask_distance(case: Case, a: Plain, b: Plain) -> float:
 
 
 def _guess(rng: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:
-    """The reference's method with settings drawn blindly."""
-    relative, least = 10 ** rng.uniform(-3.5, -0.3), int(rng.integers(0, 9))
+    """One of three plausible methods with settings drawn blindly."""
+    method, power = int(rng.integers(3)), int(rng.integers(3))
+    limit, least = 10 ** rng.uniform(-3.5, 0), int(rng.integers(0, 9))
 
     def flying_pixels(depth: np.ndarray) -> np.ndarray:
         h, w = depth.shape
         padded = np.pad(depth, 1)
-        windows = [padded[dv : dv + h, du : du + w] for dv in range(3) for du in range(3)]
-        support = sum((z > 0) & (np.abs(z - depth) < relative * depth) for z in windows) - 1
-        return (depth > 0) & (support <= least)
+        off = np.array([np.abs(padded[dv : dv + h, du : du + w] - depth) for dv in range(3) for du in range(3)])
+        if method == 0:
+            odd = (off < limit * depth**power).sum(axis=0) - 1 <= least
+        elif method == 1:
+            odd = off.max(axis=0) > limit * depth**power
+        else:
+            odd = np.median(off, axis=0) > limit * depth**power
+        return (depth > 0) & odd
 
     return flying_pixels
 
@@ -409,14 +421,14 @@ _TASK_5 = Task(
         Misconception(
             "good ones marked",
             "the mask turned round: True is for the flying pixels, the few",
-            _FLYING + f"    support = sum((abs(z - depth) < 0.03 * depth) & (z > 0) for z in {_WINDOWS}) - 1\n"
+            _FLYING + f"    support = sum((abs(z - depth) < 0.02 * depth**2) & (z > 0) for z in {_WINDOWS}) - 1\n"
             "    return (depth > 0) & (support > 2)\n",
         ),
         Misconception(
             "whole outlines marked",
             "every pixel beside a jump marked: of these, most lie well on the near or the far thing",
             _FLYING + f"    jump = np.max([abs(z - depth) for z in {_WINDOWS}], axis=0)\n"
-            "    return (depth > 0) & (jump > 0.1)\n",
+            "    return (depth > 0) & (jump > 0.5)\n",
         ),
         Misconception(
             "everything marked",

@@ -149,7 +149,7 @@ _TASK_2 = Task(
         ),
         Misconception(
             "padding of the rows forgotten",
-            "points read on across the end of a row: rows are `row_step` bytes apart, maybe more than width · point_step",
+            "points read on across the end of a row: rows are `row_step` bytes apart, padding included",
             _reader(rows="data[:height * width * point_step].reshape(height * width, point_step)"),
         ),
         Misconception(
@@ -230,7 +230,7 @@ _TASK_3 = Task(
         ),
         Misconception(
             "the pose itself",
-            "the pose handed back as it came: `T_world_camera` leads to the world, its inverse leads back to the camera",
+            "the pose handed back as it came: `T_world_camera` leads to the world, its inverse back to the camera",
             "def invert(T):\n    return T\n",
         ),
     ),
@@ -256,17 +256,20 @@ _TASK_4 = Task(
         Misconception(
             "order taken for inverse",
             "the inverse and the wrong order exchanged: put one point of the original, (0, 0, 0), through both by hand",
-            'def causes():\n    return {"A": "shift first", "B": "order", "C": "inverse", "D": "millimetres", "E": "stride"}\n',
+            'def causes():\n'
+            '    return {"A": "shift first", "B": "order", "C": "inverse", "D": "millimetres", "E": "stride"}\n',
         ),
         Misconception(
             "shift first taken for inverse",
             "R (p + t) and the inverse exchanged: R (p + t) turns by the right angle, the inverse the other way",
-            'def causes():\n    return {"A": "inverse", "B": "shift first", "C": "order", "D": "millimetres", "E": "stride"}\n',
+            'def causes():\n'
+            '    return {"A": "inverse", "B": "shift first", "C": "order", "D": "millimetres", "E": "stride"}\n',
         ),
         Misconception(
             "scale taken for stride",
             "millimetres and stride exchanged: a wrong unit keeps every shape, a wrong stride destroys it",
-            'def causes():\n    return {"A": "shift first", "B": "inverse", "C": "order", "D": "stride", "E": "millimetres"}\n',
+            'def causes():\n'
+            '    return {"A": "shift first", "B": "inverse", "C": "order", "D": "stride", "E": "millimetres"}\n',
         ),
     ),
     where="lesson 02, sections 3 and 5",
@@ -277,7 +280,7 @@ _TASK_4 = Task(
 
 
 def _shape(rng: np.random.Generator) -> np.ndarray:
-    """(1500, 3) float64 metres: a closed bumpy surface about 0.5 m long, five times as dense on one side, listed along x."""
+    """(1500, 3) float64 metres: a closed bumpy surface 0.5 m long, five times as dense on one side, listed along x."""
     directions = rng.normal(size=(9000, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     waves = rng.normal(size=(4, 3)) * 2.5
@@ -345,7 +348,7 @@ _TASK_5 = Task(
     misconceptions=(
         Misconception(
             "the first rows",
-            "the first n rows of the list: neighbours in the list are often neighbours in space, and all the rest stays bare",
+            "the first n rows of the list: neighbours in the list are often neighbours in space, the rest stays bare",
             "def few(points, n):\n    return np.arange(n)\n",
         ),
         Misconception(

@@ -101,10 +101,7 @@ class _Copier:
 
     def _whole(self, number: int) -> int:
         if abs(number) >= 2**63:
-            raise ValueError(
-                f"{self.what} holds a whole number of {len(str(abs(number) >> 40)) + 12} digits or more: "
-                "64 bits are the most."
-            )
+            raise ValueError(f"{self.what} holds a whole number that 64 bits cannot hold: did a loop multiply too often?")
         return number
 
     def _enter(self, length: int, depth: int) -> None:

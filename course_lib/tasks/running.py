@@ -78,7 +78,7 @@ def run(function: Callable[..., Any], case: Case) -> Outcome:
     try:
         return Outcome("answer", plain(value), "", stream.kept, first)
     except ValueError as error:
-        return Outcome("not plain", None, f"{_capital(str(error))} It was given {told}.", stream.kept, first)
+        return Outcome("not plain", None, _capital(str(error)), stream.kept, first)
 
 
 def run_all(function: Callable[..., Any], cases: Sequence[Case]) -> list[Outcome]:
@@ -91,8 +91,12 @@ def run_all(function: Callable[..., Any], cases: Sequence[Case]) -> list[Outcome
 
 
 def given_text(given: Mapping[str, Plain]) -> str:
-    """What went in, by name: 'depth a (480, 640) float32 array, scale 1000'."""
-    return ", ".join(f"{name} {describe(value)}" for name, value in given.items()) or "nothing"
+    """What went in, by name: 'depth (480, 640) float32, scale = 1000'."""
+    parts = []
+    for name, value in given.items():
+        told = describe(value).removeprefix("a ").removesuffix(" array")
+        parts.append(f"{name} {told}" if isinstance(value, np.ndarray) else f"{name} = {told}")
+    return ", ".join(parts) or "nothing"
 
 
 def _sentence(error: BaseException, told: str) -> str:
