@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import re
 from dataclasses import dataclass
 
 _TONES = {
@@ -10,38 +11,41 @@ _TONES = {
     "by hand": ("#009E73", "✓"),
     "not started": ("#7A8794", "○"),
     "skipped": ("#7A8794", "○"),
-    "failed": ("#D55E00", "✗"),
+    "failed": ("#D55E00", "↻"),
 }
 _FAINT = "rgba(127,127,127,0.35)"
-BANDS = ("within tolerance", "up to 3 times", "up to 10 times", "more")
+BANDS = ("within tolerance", "up to 3 times", "up to 10 times", "more than that")
 _STEPS = ("#009E73", "#56B4E9", "#E69F00", "#D55E00")
 
 
 @dataclass(frozen=True)
 class Card:
-    """One answer of `check`.
+    """One answer of `check`. Colours come from the notebook's theme, light or dark; without styles it reads as text.
 
     Parameters
     ----------
-    tone : a key of the colours: "passed", "by hand", "not started", "skipped", "failed".
-    title, state : the heading: "Task 1: millimetres to metres", "passed · 1 of 1 point".
-    lines : (label, sentence) pairs; a label may be "".
-    band : index into BANDS to point at, or None.
+    tone : "passed", "by hand", "not started", "skipped" or "failed".
+    title, state : the heading: "Task 1: millimetres to metres", "passed · 1 point".
+    lines : what there is to say: sentences, or (bold words, rest of the sentence).
+    details : (label, text) pairs in smaller print.
+    band : index into BANDS of the step to point at, or None.
     """
 
     tone: str
     title: str
     state: str
-    lines: tuple[tuple[str, str], ...] = ()
+    lines: tuple[str | tuple[str, str], ...] = ()
+    details: tuple[tuple[str, str], ...] = ()
     band: int | None = None
 
     @property
     def text(self) -> str:
         """The card as plain text."""
-        mark = _TONES[self.tone][1]
-        parts = [f"{mark} {self.title} — {self.state}"]
-        for label, sentence in self.lines:
-            parts.append(f"  {label}: {sentence}" if label else f"  {sentence}")
+        parts = [f"{_TONES[self.tone][1]} {self.title} — {self.state}"]
+        if self.band is not None:
+            parts.append(f"  Off by: {BANDS[self.band]} the tolerance." if self.band in (1, 2) else _far(self.band))
+        parts += [f"  {line if isinstance(line, str) else ' '.join(line)}" for line in self.lines]
+        parts += [f"  {label}: {text}" for label, text in self.details]
         return "\n".join(parts)
 
     def __repr__(self) -> str:
@@ -54,11 +58,14 @@ class Card:
             f'<span style="color:{colour};font-weight:bold" aria-hidden="true">{mark}</span> '
             f"<strong>{html.escape(self.title)}</strong> — {html.escape(self.state)}",
         )
-        body = "".join(_line(label, sentence) for label, sentence in self.lines)
+        lines = "".join(_paragraph(6, _sentence(line)) for line in self.lines)
+        details = "<br>".join(f"{html.escape(label)}: {_marked(text)}" for label, text in self.details)
+        if details:
+            details = _paragraph(8, details, ";font-size:88%;opacity:0.78")
         frame = f"border:1px solid {_FAINT};border-left:6px solid {colour};border-radius:6px"
         return (
-            f'<div role="note" style="{frame};padding:10px 14px;margin:4px 0;max-width:46em;line-height:1.5">'
-            f"{head}{self._steps()}{body}</div>"
+            f'<div role="note" style="{frame};padding:10px 14px;margin:4px 0;max-width:48em;line-height:1.5">'
+            f"{head}{self._steps()}{lines}{details}</div>"
         )
 
     def _steps(self) -> str:
@@ -68,15 +75,23 @@ class Card:
         steps = []
         for index, words in enumerate(BANDS):
             colour, weight = (_STEPS[index], "bold") if index == self.band else (_FAINT, "normal")
-            style = f"display:inline-block;padding:0 10px 1px 2px;margin-right:4px;font-size:85%;font-weight:{weight}"
+            style = f"display:inline-block;padding:0 12px 1px 2px;margin-right:4px;font-size:85%;font-weight:{weight}"
             steps.append(f'<span style="{style};border-bottom:4px solid {colour}">{html.escape(words)}</span>')
-        return _paragraph(6, "".join(steps))
+        return _paragraph(6, " ".join(steps))
 
 
-def _line(label: str, sentence: str) -> str:
-    name = f'<span style="opacity:0.75">{html.escape(label)}:</span> ' if label else ""
-    return _paragraph(5, name + html.escape(sentence))
+def _far(band: int) -> str:
+    return "  Within tolerance." if band == 0 else "  Off by: more than 10 times the tolerance."
 
 
-def _paragraph(above: int, inner: str) -> str:
-    return f'<p style="margin:{above}px 0 0 0">{inner}</p>'
+def _sentence(line: str | tuple[str, str]) -> str:
+    return _marked(line) if isinstance(line, str) else f"<strong>{_marked(line[0])}</strong> {_marked(line[1])}"
+
+
+def _marked(text: str) -> str:
+    """Escaped text in which `code` between backticks is code."""
+    return re.sub(r"`([^`]+)`", r"<code>\1</code>", html.escape(text))
+
+
+def _paragraph(above: int, inner: str, style: str = "") -> str:
+    return f'<p style="margin:{above}px 0 0 0{style}">{inner}</p>'

@@ -8,6 +8,7 @@ CheckFailed, in one line. A card counts for nothing in a grade: graders run fres
 from __future__ import annotations
 
 import inspect
+import math
 import os
 from collections.abc import Callable
 from typing import Any
@@ -58,7 +59,7 @@ def check(task_id: str, function: Callable[..., Any]) -> Card:
     load = _loader(task)
     if task.data and load is None:
         get = f"Get them with: python3 course.py data get {' '.join(task.data)}"
-        return Card("skipped", task.label, "skipped: its real data are not here", (("", get),))
+        return Card("skipped", task.label, "skipped: its real data are not here", (get,))
     cases = task.public(load)
     outcomes = tasks.run_all(function, cases)
     result = tasks.judge_all(task, cases, outcomes)
@@ -105,7 +106,7 @@ def _loader(task: tasks.Task) -> Callable[..., Any] | None:
 def _fail(task: tasks.Task, sentence: str, strict: bool) -> Card:
     if strict:
         raise CheckFailed(f"{task.label}: {sentence}") from None
-    return Card("failed", task.label, "not yet", (("", sentence),))
+    return Card("failed", task.label, "not yet", (sentence,))
 
 
 def _points(points: float) -> str:
@@ -113,59 +114,53 @@ def _points(points: float) -> str:
 
 
 def _not_started(task: tasks.Task) -> Card:
-    line = f"Replace the raise line in {task.signature.removeprefix('def ').rstrip(':')}, run that cell, then this one."
-    return Card("not started", task.label, f"not started yet · {_points(task.points)}", (("", line),))
+    call = task.signature.removeprefix("def ").rstrip(":")
+    line = f"Replace the `raise` line in `{call}`, run that cell, then this one."
+    return Card("not started", task.label, f"not started yet · {_points(task.points)}", (line,))
 
 
 def _passed(result: Result, outcomes: list[Outcome]) -> Card:
-    task = result.task
+    task, count = result.task, len(result.verdicts)
+    said = _said(outcomes)
     if result.status == "by hand":
-        lines = (("", f"{result.error} Your instructor marks it by hand, 0 to {task.points:g}."),)
-        return Card("by hand", task.label, f"ready to hand in · {_points(task.points)}", lines)
+        words = f"{result.error} Your instructor marks it by hand, 0 to {task.points:g}."
+        return Card("by hand", task.label, f"ready to hand in · {_points(task.points)}", (words,), said)
     if task.kind == "open":
         state = f"passed · {result.points:g} of {_points(task.points)}"
-        return Card("passed", task.label, state, (("", result.error), *_said(outcomes)))
+        return Card("passed", task.label, state, (f"{result.error} This is the median of {count} scenes.",), said)
+    cases = {1: "the case", 2: "both cases"}.get(count, f"all {count} cases")
     worst = max(verdict.ratio for verdict in result.verdicts)
-    count = len(result.verdicts)
-    cases = f"all {count} cases" if count > 1 else "the case"
-    words = f"Right in {cases}" + (
-        f", {band(worst)}." if result.verdict.tolerance and result.verdict.unit != "wrong" else "."
-    )
-    return Card("passed", task.label, f"passed · {_points(task.points)}", (("", words), *_said(outcomes)))
+    counted = result.verdict.unit in ("%", "wrong")  # of these, right is right
+    words = f"Right in {cases}." if counted else f"Right in {cases}, {band(worst)}."
+    return Card("passed", task.label, f"passed · {_points(task.points)}", (words,), said)
 
 
 def _failed(result: Result, outcomes: list[Outcome], failures: int) -> Card:
-    task, ratio = result.task, result.verdict.ratio
-    right = sum(verdict.passed for verdict in result.verdicts)
-    lines = [("", result.error)]
-    if outcomes[result.worst].kind != "raised" and result.told != "nothing":
-        lines.append(("It was given", result.told))
-    lines += _said(outcomes)
-    if task.kind != "open" and len(result.verdicts) > 1:
-        lines.append(("So far", f"right in {right} of {len(result.verdicts)} cases."))
-    if failures >= 2:
-        lines.append(("", result.looks_like or "None of the usual mistakes fits this answer."))
+    """The first failure tells the error, the second also what it looks like, the third also where to look."""
+    task, ratio, total = result.task, result.verdict.ratio, len(result.verdicts)
+    lines: list[str | tuple[str, str]] = [result.error]
+    if failures >= 2 and result.recognised:
+        lines.append(("This looks like", result.looks_like.removeprefix("This looks like ")))
+    elif failures >= 2 and result.status == "failed":
+        lines.append("None of the usual mistakes fits this answer.")
     if failures >= 3:
-        lines.append(("", result.where))
-    else:
-        lines.append(("", "Change something and run this cell again: the next card says more."))
-    step = (
-        None
-        if ratio == float("inf") or task.kind in ("which", "open")
-        else (next((i for i, most in enumerate((1, 3, 10)) if ratio <= most), len(BANDS) - 1))
-    )
-    state = "not yet" if not result.points else f"so far {result.points:g} of {_points(task.points)}"
-    return Card("failed", task.label, state, tuple(lines), step)
+        lines.append(("Where to look:", result.where.removeprefix("Where to look: ")))
+    details = [] if result.status == "raised" or result.told.startswith("nothing") else [("It was given", result.told)]
+    if task.kind != "open" and total > 1:
+        right = sum(verdict.passed for verdict in result.verdicts)
+        details.append(("So far", f"right in {right} of {total} cases"))
+    said = list(_said(outcomes))
+    if failures < 3:
+        said.append(("Next", "change something and run this cell again; the next card says more"))
+    sized = math.isfinite(ratio) and task.kind not in ("which", "open", "explain")
+    step = next((i for i, most in enumerate((1, 3, 10)) if ratio <= most), len(BANDS) - 1) if sized else None
+    state = f"so far {result.points:g} of {_points(task.points)}" if result.points else "not yet"
+    return Card("failed", task.label, state, tuple(lines), (*details, *said), step)
 
 
-def _said(outcomes: list[Outcome]) -> list[tuple[str, str]]:
+def _said(outcomes: list[Outcome]) -> tuple[tuple[str, str], ...]:
     """What the function printed and the first warning, of the first case that has any."""
-    printed = next((outcome.printed for outcome in outcomes if outcome.printed.strip()), "")
+    printed = " ".join(next((outcome.printed for outcome in outcomes if outcome.printed.strip()), "").split())
     warned = next((outcome.warned for outcome in outcomes if outcome.warned), "")
-    lines = []
-    if printed:
-        text = " ".join(printed.split())
-        lines.append(("It printed", text if len(text) <= 160 else text[:159] + "…"))
-    if warned:
-        lines.append(("Python warned", warned))
-    return lines
+    short = printed if len(printed) <= 160 else printed[:159] + "…"
+    return tuple((label, text) for label, text in (("It printed", short), ("Python warned", warned)) if text)

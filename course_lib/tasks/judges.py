@@ -219,7 +219,7 @@ def judge_points_set(
     )
     alone = int((maximum_bipartite_matching(pairs, perm_type="column") < 0).sum())
     if alone:
-        return refuse(f"{up(what)}: {alone:,} too many in one place, as many missing in another.", tolerance, unit, what)
+        return refuse(f"{up(what)}: {alone:,} too many in one place, missing in another.", tolerance, unit, what)
     return measured(float(forward.max()), tolerance, unit, what, "")
 
 

@@ -101,7 +101,7 @@ class _Copier:
 
     def _whole(self, number: int) -> int:
         if abs(number) >= 2**63:
-            raise ValueError(f"{self.what} holds a whole number that 64 bits cannot hold: did a loop multiply too often?")
+            raise ValueError(f"{self.what} holds a whole number that needs more than 64 bits.")
         return number
 
     def _enter(self, length: int, depth: int) -> None:

@@ -1,0 +1,292 @@
+"""`check`: cards for learners, one line for tests and graders."""
+
+from __future__ import annotations
+
+import contextlib
+import html
+import io
+import re
+import sys
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from course_lib import tasks
+from course_lib.notebook import check as _check  # noqa: F401 - loads the module below
+from course_lib.notebook._card import BANDS, Card
+from course_lib.tasks.core import Case, Misconception, Task
+from course_lib.tasks.judges import judge_array, judge_band, judge_choice, judge_words, worst_of
+
+module = sys.modules["course_lib.notebook.check"]
+check, CheckFailed = module.check, module.CheckFailed
+
+TRUTH = np.arange(12.0).reshape(4, 3)
+WRONG = {"A": "flip", "B": "range"}
+
+
+def _task(number: int, kind: str, signature: str, judge: object, given: dict, **more: object) -> Task:
+    case = Case(given, {"truth": TRUTH if kind == "write" else dict(WRONG)}, "four <points>")
+    return Task(id=f"90-{number}", title="a & b", points=4, version=1, kind=kind, signature=signature,
+                cases=lambda rng: [case], judge=judge, where="lesson 90, section 1", **more)  # fmt: skip
+
+
+POINTS = _task(
+    1,
+    "write",
+    "def points(n)",
+    lambda case, answer: judge_array(answer, case.truth, 1e-3, "m", axes="xyz"),
+    {"n": 4},
+    misconceptions=(
+        Misconception(
+            "shifted",
+            "all of it 1 m aside: subtract <1>",
+            "def points(n):\n    return np.arange(12.0).reshape(4, 3) + 1\n",
+        ),
+    ),
+    hides=("course_lib.transforms.invert",),
+)  # fmt: skip
+WHICH = _task(2, "which", "def causes()", lambda c, a: judge_choice(a, c.truth, ("flip", "range")), {})
+OPEN = _task(3, "open", "def guess(n)", lambda c, a: judge_band(a, ((1, 1.0), (2, 0.5), (3, 0.25)), "m"), {"n": 1},
+             guess=lambda rng: lambda n: 9)  # fmt: skip
+EXPLAIN = _task(4, "explain", "def explain()", lambda c, a: judge_words(a), {}, rubric=("0: a", "1: b", "2: c"))
+TINY = {task.id: task for task in (POINTS, WHICH, OPEN, EXPLAIN)}
+
+
+@pytest.fixture(autouse=True)
+def session(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """A session with four small tasks, in which nothing has failed yet."""
+    real = tasks.get
+    monkeypatch.setattr(tasks, "get", lambda name: TINY[name] if name in TINY else real(name))
+    monkeypatch.setattr(module, "_failures", {})
+    monkeypatch.delenv("COURSE_STRICT", raising=False)
+    yield
+
+
+def off(by: float) -> object:
+    return lambda n: TRUTH + by
+
+
+def test_passing_card() -> None:
+    card = check("90-1", off(0))
+    assert card.text == "✓ Task 1: a & b — passed · 4 points\n  Right in the case, well within tolerance."
+    assert repr(card) == card.text
+    assert check("90-1", off(5e-4)).text.endswith("Right in the case, within tolerance.")
+
+
+def test_help_grows_with_each_failure() -> None:
+    first, second, third = (check("90-1", off(1)).text for _ in range(3))
+    assert "x is off by 1 m at worst (row [0] of 4); 1 mm is allowed." in first
+    assert "more than 10 times the tolerance" in first
+    assert "This looks like" not in first and "Where to look" not in first
+    assert "the next card says more" in first and "the next card says more" in second
+    assert "This looks like all of it 1 m aside" in second and "Where to look" not in second
+    assert "This looks like all of it 1 m aside" in third and "Where to look: lesson 90, section 1." in third
+    assert "the next card" not in third
+
+
+def test_failures_are_counted_by_task_and_forgotten_when_it_passes() -> None:
+    check("90-1", off(1))
+    check("90-2", lambda: {})
+    assert "This looks like" in check("90-1", off(1)).text
+    check("90-1", off(0))
+    assert "This looks like" not in check("90-1", off(1)).text
+
+
+def test_unknown_mistake_is_said_to_be_unknown() -> None:
+    check("90-1", off(0.5))
+    assert "None of the usual mistakes fits this answer." in check("90-1", off(0.5)).text
+
+
+@pytest.mark.parametrize(("by", "step"), [(2e-3, 1), (9e-3, 2), (1e-1, 3)])
+def test_error_is_shown_in_bands(by: float, step: int) -> None:
+    card = check("90-1", off(by))
+    assert card.band == step
+    shown = re.findall(r"font-weight:(\w+)[^>]*>([^<]+)</span>", card._repr_html_().split("</p>", 1)[1])
+    assert [words for weight, words in shown if weight == "bold"] == [BANDS[step]]
+
+
+def test_card_is_escaped_and_valid_html() -> None:
+    check("90-1", off(1))
+    page = check("90-1", off(1))._repr_html_()
+    assert "subtract &lt;1&gt;" in page and "four &lt;points&gt;" in page and "a &amp; b" in page
+    assert "<script" not in page and "<style" not in page and "class=" not in page
+    for tag in ("div", "p", "span", "strong", "code"):
+        assert page.count(f"<{tag}") == page.count(f"</{tag}>")
+    assert len(page) < 3000
+
+
+def test_html_and_text_say_the_same() -> None:
+    card = check("90-1", off(1))
+    words = re.sub(r"\s+", " ", html.unescape(re.sub(r"<[^>]+>", " ", card._repr_html_())))
+    for line in card.lines:
+        assert (line if isinstance(line, str) else line[1]) in words
+    for label, text in card.details:
+        assert f"{label}: {text}" in words
+
+
+def test_own_exception_is_shown_with_what_went_in() -> None:
+    text = check("90-1", lambda n: n.no_such_thing).text
+    assert "raised AttributeError: 'int' object has no attribute 'no_such_thing'. It was given n = 4." in text
+    answer = lambda n: 1 / 0  # noqa: E731
+    check("90-1", answer)
+    assert "None of the usual" not in check("90-1", answer).text
+
+
+def test_prints_and_warnings_stand_on_the_card() -> None:
+    def talks(n: int) -> np.ndarray:
+        print("<b>here</b>")
+        return np.log(np.zeros((4, 3)))
+
+    card = check("90-1", talks)
+    assert ("It printed", "<b>here</b>") in card.details
+    assert ("Python warned", "RuntimeWarning: divide by zero encountered in log") in card.details
+    assert "<b>here" not in card._repr_html_()
+
+
+@pytest.mark.parametrize(
+    ("thing", "words"),
+    [
+        (TRUTH, 'wants the function itself, not a (4, 3) float64 array: write check("90-1", points), with no'),
+        (None, "check wants the function itself, not None"),
+        (lambda: 1, "The task calls points(n), which your function does not take: too many positional arguments."),
+        (lambda a, b: 1, "missing a required argument: 'b'."),
+    ],
+)  # fmt: skip
+def test_what_is_no_fitting_function_gets_a_sentence(
+    thing: object, words: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    card = check("90-1", thing)
+    assert card.tone == "failed" and words in card.text
+    monkeypatch.setenv("COURSE_STRICT", "1")
+    with pytest.raises(CheckFailed) as caught:
+        check("90-1", thing)
+    assert words in str(caught.value)
+
+
+def test_stub_is_not_started(monkeypatch: pytest.MonkeyPatch) -> None:
+    def points(n: int) -> None:
+        raise NotImplementedError("Task 1: a & b")
+
+    card = check("90-1", points)
+    assert card.text == (
+        "○ Task 1: a & b — not started yet · 4 points\n"
+        "  Replace the `raise` line in `points(n)`, run that cell, then this one."
+    )
+    assert "<code>points(n)</code>" in card._repr_html_()
+    monkeypatch.setenv("COURSE_STRICT", "1")
+    with pytest.raises(NotImplementedError, match=r"^Task 1: a & b$") as caught:
+        check("90-1", points)
+    assert type(caught.value) is NotImplementedError
+    assert caught.value.__cause__ is None and caught.value.__suppress_context__
+
+
+def test_strict_failure_is_one_line_with_error_and_misconception(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COURSE_STRICT", "1")
+    with pytest.raises(CheckFailed) as caught:
+        check("90-1", off(1))
+    assert str(caught.value) == (
+        "Task 1: a & b: x is off by 1 m at worst (row [0] of 4); 1 mm is allowed. "
+        "This looks like all of it 1 m aside: subtract <1>."
+    )
+    assert check("90-1", off(0)).tone == "passed"
+
+
+def test_strict_failure_prints_no_traceback_in_a_notebook(monkeypatch: pytest.MonkeyPatch) -> None:
+    from IPython.core.interactiveshell import InteractiveShell
+    from traitlets.config import Config
+
+    shell = InteractiveShell(config=Config({"HistoryManager": {"enabled": False}}))
+    shell.user_ns.update(check=check, wrong=off(1))
+    monkeypatch.setenv("COURSE_STRICT", "1")
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        result = shell.run_cell('check("90-1", wrong)')
+    assert isinstance(result.error_in_exec, CheckFailed)
+    lines = printed.getvalue().strip().splitlines()
+    assert len(lines) == 1 and lines[0].startswith("CheckFailed: Task 1: a & b: x is off by 1 m")
+
+
+def test_calling_the_answer_is_refused_kindly(monkeypatch: pytest.MonkeyPatch) -> None:
+    def points(n: int) -> object:
+        from course_lib.transforms import invert
+
+        return invert(n)
+
+    words = "Task 1 asks you to write it yourself: transforms.invert is the answer; allowed here: numpy."
+    assert words in check("90-1", points).text
+    monkeypatch.setenv("COURSE_STRICT", "1")
+    with pytest.raises(CheckFailed, match=re.escape(words)):
+        check("90-1", points)
+
+
+def test_choices_show_how_many_and_so_far() -> None:
+    card = check("90-2", lambda: {"A": "flip", "B": "flip"})
+    assert card.state == "so far 2 of 4 points" and card.band is None
+    assert "Right: 1 of 2." in card.text
+    assert check("90-2", lambda: dict(WRONG)).text.endswith("Right in the case.")
+
+
+def test_open_task_shows_bands_and_points() -> None:
+    assert check("90-3", lambda n: 0.5).state == "passed · 4 of 4 points"
+    half = check("90-3", lambda n: 1.5)
+    assert half.state == "passed · 2 of 4 points" and "the next band begins under 1 m" in half.text
+    low = check("90-3", lambda n: 2.5)
+    assert low.tone == "failed" and low.state == "so far 1 of 4 points" and low.band is None
+
+
+def test_open_task_is_the_median_of_five() -> None:
+    values = iter([0.5, 0.5, 2.5, 9.0, 1.5])
+    card = check("90-3", lambda n: next(values))
+    assert card.state == "passed · 2 of 4 points"
+    assert "The result is under 2 m" in card.text
+
+
+def test_explanation_is_ready_to_hand_in(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COURSE_STRICT", "1")
+    card = check("90-4", lambda: "because")
+    assert card.text == (
+        "✓ Task 4: a & b — ready to hand in · 4 points\n"
+        "  1 of at most 60 words. Your instructor marks it by hand, 0 to 4."
+    )
+    with pytest.raises(CheckFailed, match="write your explanation"):
+        check("90-4", lambda: " ")
+
+
+def test_real_data_that_are_not_here_skip(monkeypatch: pytest.MonkeyPatch) -> None:
+    real = _task(5, "real", "def points(n)", POINTS.judge, {"n": 4}, data=("tum_pair", "sun_pair"))
+    monkeypatch.setitem(TINY, "90-5", real)
+    monkeypatch.setattr(module, "_loader", lambda task: None)
+    card = check("90-5", off(0))
+    assert card.tone == "skipped"
+    assert "python3 course.py data get tum_pair sun_pair" in card.text
+
+
+def test_real_data_come_through_the_loader(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[str] = []
+    real = Task(
+        id="90-6", title="t", points=1, version=1, kind="real", signature="def points(n)", where="w",
+        data=("tum_pair",), judge=POINTS.judge,
+        cases=lambda rng, load: [Case({"n": load("tum_pair")}, {"truth": TRUTH})],
+    )  # fmt: skip
+    monkeypatch.setitem(TINY, "90-6", real)
+    monkeypatch.setattr(module, "_loader", lambda task: lambda name: seen.append(name) or 4)
+    assert check("90-6", off(0)).tone == "passed"
+    assert seen == ["tum_pair"]
+    with pytest.raises(ValueError, match="needs the real data tum_pair"):
+        real.public()
+
+
+def test_unknown_task_suggests_the_nearest() -> None:
+    with pytest.raises(ValueError, match="there is no task '00-9'; did you mean '00-1'"):
+        check("00-9", off(0))
+
+
+def test_parts_together() -> None:
+    both = worst_of(judge_array(TRUTH, TRUTH, 1, "m"), judge_array(TRUTH + 9, TRUTH, 1, "m", what="the colours"))
+    assert not both.passed and "The colours are off by 9 m" in both.message
+
+
+def test_card_without_anything_to_say() -> None:
+    assert Card("skipped", "T", "s").text == "○ T — s"
+    assert Card("failed", "T", "s", band=0).text.endswith("Within tolerance.")
