@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 AIM_BYTES = 80_000
 MOST_BYTES = 120_000
+MOST_CELLS = 20_000
+"""A picture with more different colours than this is counted in coarser ones, for speed."""
 CSS_WIDTH = 700
 """How wide a notebook shows a full-width picture, in CSS pixels."""
 DENSITY = 1.6
@@ -104,10 +106,10 @@ def picture(fig: Figure, alt: str, dpi: int = 200) -> Picture:
 
     try:
         check_alt(alt)
-        _check_axes(fig)
         fig.set_dpi(dpi)
         canvas = FigureCanvasAgg(fig)
         canvas.draw()
+        _check_axes(fig)
         return picture_of(np.asarray(canvas.buffer_rgba())[..., :3], alt, density=dpi / 100)
     finally:
         pyplot.close(fig)
@@ -158,8 +160,8 @@ def _encode(pixels: np.ndarray, width: int) -> bytes:
     scale = max((AIM_BYTES / len(png)) ** 0.5, width / pixels.shape[1])
     if scale < 1:
         pixels = _resize(pixels, scale)
-    for colours in (256, 128, 80, 56):
-        png = _palette_png(pixels, colours, fixed)
+    for colours, shrink in ((256, 1.0), (128, 1.0), (80, 1.0), (56, 1.0), (56, 0.85), (56, 0.7), (56, 0.5)):
+        png = _palette_png(pixels if shrink == 1 else _resize(pixels, shrink), colours, fixed)
         if len(png) <= MOST_BYTES:
             break
     return png
@@ -177,13 +179,9 @@ def _palette_png(pixels: np.ndarray, most: int, fixed: np.ndarray) -> bytes:
     from PIL import Image
     from scipy.spatial import cKDTree
 
-    # 6 bits a channel: 262,144 cells, of which a picture fills a few thousand
-    cells = (
-        (pixels[..., 0].astype(np.int32) >> 2 << 12)
-        | (pixels[..., 1].astype(np.int32) >> 2 << 6)
-        | (pixels[..., 2] >> 2)
-    )
-    used, where = np.unique(cells, return_inverse=True)
+    used, where = np.unique(_cells(pixels, bits=6), return_inverse=True)
+    if len(used) > MOST_CELLS:
+        used, where = np.unique(_cells(pixels, bits=5), return_inverse=True)
     where = where.ravel()
     weights = np.bincount(where).astype(float)
     means = np.stack([np.bincount(where, pixels[..., k].ravel()) / weights for k in range(3)], axis=1)
@@ -210,6 +208,12 @@ def _palette_png(pixels: np.ndarray, most: int, fixed: np.ndarray) -> bytes:
     buffer = io.BytesIO()
     image.save(buffer, format="PNG", compress_level=9)
     return buffer.getvalue()
+
+
+def _cells(pixels: np.ndarray, bits: int) -> np.ndarray:
+    """Number similar colours alike: (H, W) int, so many bits a channel."""
+    red, green, blue = (pixels[..., k].astype(np.int32) >> (8 - bits) for k in range(3))
+    return (red << 2 * bits) | (green << bits) | blue
 
 
 def _fixed_colours(pixels: np.ndarray) -> np.ndarray:

@@ -106,9 +106,7 @@ def _layer(thing: Thing, rgb: np.ndarray, words: str, colouring: Colouring, know
         return Layer("trajectory", points, np.tile(rgb[:1], (len(points), 1)), text, segments=segments)
     size = extent_text(thing.points, digits)
     if thing.kind == "mesh":
-        n = f"{count(len(thing.points), 'vertex', about).replace('vertexs', 'vertices')} and " + count(
-            len(thing.triangles), "triangle", about
-        )
+        n = f"{count(len(thing.points), 'vertex', about)} and {count(len(thing.triangles), 'triangle', about)}"
         return Layer("mesh", thing.points, rgb, f"Mesh{name} of {n}, {size}, {words}", triangles=thing.triangles)
     notes = [f"Point cloud{name} of {count(len(thing.points), 'point', about)}", size, words]
     notes += [thing.note] if thing.note else []

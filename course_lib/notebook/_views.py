@@ -180,17 +180,17 @@ def layout(views: list[View], points: list[np.ndarray], width: int, zoom: float 
     sizes = [spread(view, cloud) for view, cloud in zip(views, points, strict=True)]
     parallel = [size for view, size in zip(views, sizes, strict=True) if view.eye is None]
     room = 0.94
-    wide = max((size[0] for size in parallel), default=0.0) or max((size[1] for size in parallel), default=1.0)
-    shapes = [max(size[1] for size in parallel) / wide] if parallel else []
+    widest, tallest = (max((size[axis] for size in parallel), default=0.0) for axis in (0, 1))
+    shapes = [tallest / widest] if widest > 0 else []
     shapes += [
         size[1] / size[0] for view, size in zip(views, sizes, strict=True) if view.eye is not None and size[0] > 0
     ]
     height = round(width * min(max(max(shapes, default=0.7), 0.3), 0.72 if len(views) == 1 else 1.2))
-    scale = max([max(size[0] / (room * width), size[1] / (room * height)) for size in parallel], default=1.0)
+    scale = max(widest / (room * width), tallest / (room * height)) or 1e-3  # a single point: a millimetre a pixel
     done = []
     for view, size in zip(views, sizes, strict=True):
         if view.eye is None:
-            done.append(replace(view, scale=(scale or 1e-3) / zoom, width=width, height=height))
+            done.append(replace(view, scale=scale / zoom, width=width, height=height))
         else:
             tangent = max(size[1] / 2, size[0] / 2 * height / width) or math.tan(0.5)
             done.append(replace(view, scale=tangent * 1.02 / zoom, width=width, height=height))

@@ -52,7 +52,7 @@ def _plain(value: float, digits: int) -> str:
     """Round to significant digits, without an exponent for sizes that people meet."""
     mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
     power = int(exponent)
-    if power < -5 or power > 12:
+    if power < -6 or power > 12:
         return f"{mantissa} × 10^{power}"
     return f"{float(f'{mantissa}e{power}'):,.{max(0, digits - 1 - power)}f}"
 
@@ -65,8 +65,10 @@ def amount(value: float, unit: str = "", digits: int = 3, smallest: float = SMAL
 
 def count(n: int, thing: str, about: bool = False) -> str:
     """Write "35,947 points" or, where the count may differ between machines, "about 36,000 points"."""
-    plural = thing if n == 1 else ("meshes" if thing == "mesh" else f"{thing}s")
-    return f"about {number(float(n), 2)} {plural}" if about and n >= 100 else f"{n:,} {plural}"
+    plural = {"mesh": "meshes", "vertex": "vertices"}.get(thing, f"{thing}s")
+    if about and n >= 100:
+        return f"about {number(float(n), 2)} {plural}"
+    return f"{n:,} {thing if n == 1 else plural}"
 
 
 def sentence_list(parts: list[str]) -> str:

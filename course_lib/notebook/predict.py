@@ -49,7 +49,7 @@ def predict(question: str, guess: object, truth: object, unit: str = "", why: st
     digits : significant digits of the truth.
     """
     is_number = not isinstance(truth, str)
-    answer = amount(truth, unit, digits) + ("" if is_number else ".")
+    answer = f"{amount(truth, unit, digits)}."
     if guess is None:
         form = f"your number in {unit}" if unit else "your number" if is_number else "your word"
         reply = f"Put {form} in place of None, run the cell again, and only then open the answer."

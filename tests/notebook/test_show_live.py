@@ -1,0 +1,63 @@
+"""What moves, and the error budget: stored as text and still pictures, live in a session."""
+
+import numpy as np
+import pytest
+from show_things import box_cloud, square_mesh, straight_path
+
+from course_lib.notebook import budget, show
+from course_lib.notebook._picture import Picture
+
+
+@pytest.fixture(autouse=True)
+def flat(monkeypatch):
+    from course_lib.notebook._probe import rendering
+
+    monkeypatch.setenv("COURSE_RENDER", "matplotlib")
+    monkeypatch.delenv("COURSE_LIVE", raising=False)
+    rendering.cache_clear()
+    yield
+    rendering.cache_clear()
+
+
+def test_the_stored_form_of_a_slider_is_a_strip():
+    strip = show.slider(box_cloud, [3, 5, 7], label="points a side", view="front")
+    assert isinstance(strip, Picture)
+    assert strip.alt.startswith("points a side 3: Point cloud of 27 points")
+    assert "points a side 7: Point cloud of 343 points" in strip.alt
+    images = show.slider(lambda k: np.full((10, 10), k, np.uint8), [10, 250], label="grey")
+    assert "Image 'grey 250' of 10 × 10 pixels" in images.alt
+
+
+def test_a_live_slider_turns_through_the_same_frames(monkeypatch):
+    monkeypatch.setenv("COURSE_LIVE", "1")
+    box = show.slider(lambda k: np.full((10, 10), k, np.uint8), [10, 250], label="grey")
+    slider, image, words = box.children
+    first = image.value
+    slider.value = "grey 250"
+    assert image.value != first and "250" in words.value
+
+
+def test_a_turnable_view_is_whole_and_needs_no_network():
+    figure = show({"path": straight_path(), "floor": square_mesh(), "box": box_cloud()}, interactive=True)
+    assert [trace.type for trace in figure.data] == ["scatter3d", "mesh3d", "scatter3d"]
+    assert len(figure.data[2].x) == 1331
+    assert figure.layout.scene.aspectmode == "data"
+    assert figure.layout.scene.camera.up.z > 0.7
+    assert "http" not in figure.to_json().replace("http://schema", "")
+
+
+def test_the_error_budget_waits_and_fills(capsys):
+    show.error_budget()
+    waiting = capsys.readouterr().out
+    assert waiting.startswith("Error budget\n")
+    for stage in budget.STAGES:
+        assert stage.name in waiting and f"waits for lesson {stage.lesson[:2]}" in waiting
+    first = budget.STAGES[0]
+    show.error_budget({first.key: (1.0, 0.29)})
+    line = next(line for line in capsys.readouterr().out.splitlines() if line.startswith(first.name))
+    assert f"1.0 {first.unit}" in line and line.endswith("0.29")
+
+
+def test_stages_are_of_the_course():
+    assert len({stage.key for stage in budget.STAGES}) == len(budget.STAGES)
+    assert all(stage.lesson[:2].isdigit() and 0 < int(stage.lesson[:2]) <= 17 for stage in budget.STAGES)
