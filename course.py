@@ -560,6 +560,7 @@ def link_to(filename: str, page: str, page_url: str) -> Optional[str]:
 def unreachable(index: Index, reason: object) -> Stop:
     """The sentence for an index that does not answer."""
     reason = getattr(reason, "reason", None) or reason
+    reason = getattr(reason, "strerror", None) or reason
     if "CERTIFICATE_VERIFY_FAILED" in str(reason):
         told = "name the file of your institution's certificates"
         return Stop(
@@ -793,25 +794,12 @@ def _try_lock(handle: int) -> bool:
 
 def uv_environment(index: Index) -> Dict[str, str]:
     """The environment for uv: the index in force, and nothing that would change what is installed or where."""
-    drop = (
-        "UV_PROJECT_ENVIRONMENT",
-        "UV_PROJECT",
-        "UV_WORKING_DIRECTORY",
-        "UV_PYTHON",
-        "UV_SYSTEM_PYTHON",
-        "UV_FROZEN",
-    )
-    drop += ("UV_EXCLUDE_NEWER", "UV_CONSTRAINT", "UV_OVERRIDE", "UV_NO_BINARY", "UV_ONLY_BINARY", "UV_TORCH_BACKEND")
+    drop = "VIRTUAL_ENV CONDA_PREFIX PYTHONPATH PYTHONHOME UV_PROJECT_ENVIRONMENT UV_PROJECT UV_WORKING_DIRECTORY "
     drop += (
-        "UV_INDEX_URL",
-        "UV_EXTRA_INDEX_URL",
-        "UV_VENV_SEED",
-        "VIRTUAL_ENV",
-        "CONDA_PREFIX",
-        "PYTHONPATH",
-        "PYTHONHOME",
+        "UV_PYTHON UV_SYSTEM_PYTHON UV_FROZEN UV_EXCLUDE_NEWER UV_CONSTRAINT UV_OVERRIDE UV_NO_BINARY UV_ONLY_BINARY "
     )
-    environment = {key: value for key, value in os.environ.items() if key not in drop}
+    drop += "UV_VENV_SEED UV_TORCH_BACKEND UV_INDEX_URL UV_EXTRA_INDEX_URL"
+    environment = {key: value for key, value in os.environ.items() if key not in drop.split()}
     if index.url != PYPI:
         environment["UV_DEFAULT_INDEX"] = index.url
     if index.extra:
@@ -896,25 +884,28 @@ def set_up(known: Facts, lock_handle: int) -> None:
     unfinished.write_text("A set-up began here and has not finished yet.\n", encoding="utf-8")
     with contextlib.suppress(FileNotFoundError):
         (VENV / ".course.json").unlink()
-    environment = uv_environment(index)
-
-    def run(*words: str) -> None:
-        run_uv([uv] + list(words), environment, index, lock_handle)
-
     if anew:
         base = os.path.realpath(getattr(sys, "_base_executable", None) or sys.executable)
-        run("venv", "--quiet", "--clear", "--relocatable", "--python", base, str(VENV))
+        run_uv([uv, "venv", "--quiet", "--clear", "--relocatable", "--python", base, str(VENV)], index, lock_handle)
     wanted = PRIVATE / "requirements.txt"
-    run("export", "--quiet", "--frozen", "--no-emit-project", "--format", "requirements.txt", "--project", str(ROOT),
-        "--python", str(venv_python()), "--output-file", str(wanted))  # fmt: skip
-    sync = ["pip", "sync", "--require-hashes", "--only-binary", ":all:", "--python", str(venv_python()), str(wanted)]
-    run(*(sync + (["--no-index"] if index.no_index else [])))
+    export = [uv, "export", "--quiet", "--frozen", "--no-emit-project", "--format", "requirements.txt"]
+    run_uv(export + ["--python", str(venv_python()), "--output-file", str(wanted)], index, lock_handle)
+    install(uv, wanted, venv_python(), index, lock_handle)
     packages = site_packages()
     # One relative line, so that the folder may be moved or renamed.
     (packages / "course.pth").write_text(os.path.relpath(str(ROOT), str(packages)) + "\n", encoding="ascii")
     write_whole(VENV / ".course.json", json.dumps(expected_stamp(_version_of(venv_python()) or "")))
     unfinished.unlink()
     say(f"Set up in {time.monotonic() - began:.0f} s; from now on no network is needed.")
+
+
+def install(uv: str, wanted: Path, python: Path, index: Index, lock_handle: int) -> None:
+    """Bring an environment to exactly a list of hashed requirements, from the index in force.
+
+    `uv sync` would take the addresses of files from uv.lock, whatever index an institution names.
+    """
+    words = [uv, "pip", "sync", "--require-hashes", "--only-binary", ":all:", "--python", str(python), str(wanted)]
+    run_uv(words + (["--no-index"] if index.no_index else []), index, lock_handle)
 
 
 def _version_of(python: Path) -> Optional[str]:
@@ -943,11 +934,12 @@ def write_whole(path: Path, text: str) -> None:
     os.replace(str(part), str(path))
 
 
-def run_uv(words: List[str], environment: Dict[str, str], index: Index, lock_handle: int) -> None:
+def run_uv(words: List[str], index: Index, lock_handle: int) -> None:
     """Run uv: its own progress on a terminal, quiet otherwise; its failure becomes one sentence.
 
     The child inherits the lock, so that a uv that outlives a killed launcher is waited for by the next one.
     """
+    environment = uv_environment(index)
     options = {"env": environment, "cwd": str(ROOT), "stdin": subprocess.DEVNULL}  # type: Dict[str, Any]
     if os.name != "nt":
         options["pass_fds"] = (lock_handle,)
@@ -964,11 +956,10 @@ def run_uv(words: List[str], environment: Dict[str, str], index: Index, lock_han
 
 def why_uv_failed(said: str, code: int, index: Index, environment: Mapping[str, str]) -> Stop:
     """Find the cause of a failed uv among those that have a sentence of their own."""
-    for folder in (ROOT, cache_folder(environment)):
-        if folder.exists():
-            free = shutil.disk_usage(str(folder)).free
-            if free < 100_000_000 or "No space left" in said or "os error 112" in said:
-                return disk_full(folder, free)
+    folders = [folder for folder in (ROOT, cache_folder(environment)) if folder.exists()]
+    free, folder = min((shutil.disk_usage(str(folder)).free, folder) for folder in folders)
+    if free < 100_000_000 or "No space left" in said or "os error 112" in said:
+        return disk_full(folder, free)
     if re.search(r"hash mismatch", said, re.I):
         return Stop(
             "content",
@@ -999,16 +990,10 @@ def help_text(verb: str = "") -> str:
     """What `--help` prints before the environment is there."""
     if verb:
         return f"Usage: python3 course.py {verb} {VERBS[verb][0]}\n\n  {VERBS[verb][1]}\n"
-    lines = [
-        "Usage: python3 course.py VERB [...]",
-        "",
-        "A course on 3D reconstruction. Two commands do all the set-up:",
-        "",
-    ]
-    lines += ["  python3 course.py start    open the course", "  python3 course.py test     prove it", "", "Verbs:"]
-    lines += [f"  {name:<8}{line}" for name, (_, line) in VERBS.items()]
-    lines += ["", "`python3 course.py VERB --help` explains a verb.", ""]
-    return "\n".join(lines + (__doc__ or "").split("\n\n", 2)[2].splitlines()) + "\n"
+    lines = "Usage: python3 course.py VERB [...]\n\nA course on 3D reconstruction. Two commands do all the set-up:\n\n"
+    lines += "  python3 course.py start    open the course\n  python3 course.py test     prove it\n\nVerbs:\n"
+    lines += "".join(f"  {name:<8}{line}\n" for name, (_, line) in VERBS.items())
+    return lines + "\n`python3 course.py VERB --help` explains a verb.\n\n" + (__doc__ or "").split("\n\n", 2)[2]
 
 
 def basic_verdicts(known: Facts) -> List[Verdict]:
@@ -1029,7 +1014,7 @@ def basic_verdicts(known: Facts) -> List[Verdict]:
         line = library_command(vital + drawing, linux_family())
         told = "Open3D cannot load without " + ", ".join(vital) if vital else "what Open3D needs is there"
         verdicts.append(Verdict("Linux libraries", not vital, told, line if vital else ""))
-        if drawing:
+        if drawing and not is_ready():  # else `doctor` tries to draw
             told = "no EGL driver: pictures of clouds and meshes are drawn by matplotlib"
             verdicts.append(Verdict("3D driver", None, told, line))
     free = shutil.disk_usage(str(ROOT)).free
@@ -1148,6 +1133,9 @@ def main(arguments: List[str]) -> int:
         say("\ncourse: interrupted; the same command goes on where it stopped:\n    python3 " + quoted(this_command()))
         return EXIT["interrupted"]
     except OSError as error:
+        if isinstance(error, FileNotFoundError) and error.filename == str(LOCK_FILE):
+            say("course: uv.lock is missing from this copy of the course: get it again.\n    git checkout uv.lock")
+            return EXIT["install"]
         place = Path(error.filename).parent if isinstance(error.filename, str) else ROOT
         if error.errno in (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)):
             stop = disk_full(ROOT, shutil.disk_usage(str(ROOT)).free)

@@ -8,6 +8,8 @@ import sys
 
 import click
 
+from course_lib.notebook._errors import Refusal
+
 from .tree import CourseError, course_tree, nearest
 
 __all__ = ["main"]
@@ -103,7 +105,7 @@ def main(args: list[str] | None = None) -> None:
     """Run one verb; what a person can mend is said in one sentence."""
     try:
         course.main(args, prog_name="python3 course.py")
-    except CourseError as error:
+    except (CourseError, Refusal) as error:
         click.echo(f"{error}", err=True)
         sys.exit(1)
 

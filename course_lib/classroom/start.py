@@ -16,7 +16,7 @@ import click
 from filelock import FileLock, Timeout
 
 from . import my_work, server
-from .tree import Tree, course_tree
+from .tree import CourseError, Tree, course_tree
 
 __all__ = ["command"]
 
@@ -100,7 +100,12 @@ def start_page(tree: Tree, lesson: str | None) -> str:
 def _one_at_a_time(tree: Tree) -> Iterator[None]:
     """The lock of `start`: the second of two waits, and then finds the server of the first."""
     folder = my_work.private_folder(tree)
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise CourseError(
+            f"The folder {tree.root} cannot be written ({error.strerror}): copy the course to a folder of your own."
+        ) from error
     lock = FileLock(folder / "start.lock")
     try:
         lock.acquire(timeout=0)
