@@ -3,23 +3,23 @@
 A recipe knows nothing of files. ``RECIPES[name].make(seed, progress)`` returns a `RecipeOutput`, which whoever stores
 datasets can write generically, because every field has one fixed form:
 
-====================  ==================================================================================================
-field                 content
-====================  ==================================================================================================
-``frames``            list of dicts of arrays, all (H, W): ``color`` (H, W, 3) uint8 RGB, ``depth_raw`` uint16 in the units
-                      of ``encoding`` (the sensor's noisy depth, 0 = no data), ``depth_truth`` float32 metres (exact, 0 = ray
-                      left the scene), ``labels`` uint8 (index into ``meta["label_names"]``, 0 = nothing), ``artefacts``
-                      uint8 (0 measured or never measurable, 1 hole made by the sensor, 2 flying pixel). May be empty.
-``encoding``          name of an entry of `course_lib.rgbd.ENCODINGS` for ``depth_raw``; "" where there are no frames
-``camera``            dict of the arguments of `course_lib.cameras.PinholeCamera`; empty where there are no frames
-``poses``             (n_frames, 4, 4) float64, T_world_camera of each frame; (0, 4, 4) where there are no frames
-``meshes``            name → dict of arrays: ``vertices`` (V, 3) float32 m, ``triangles`` (T, 3) int32 and, where they exist,
-                      ``colors`` (V, 3) uint8, ``normals`` (V, 3) float32, ``labels`` (V,) uint8. "surface" is the true one.
-``clouds``            name → dict of arrays: ``points`` (N, 3) float32 m and, where they exist, ``colors`` (N, 3) uint8,
-                      ``normals`` (N, 3) float32, ``labels`` (N,) uint8. "cloud" is the dataset's main one.
-``truth``             name → array: whatever else is known exactly
-``meta``              JSON-able facts: ``title``, ``label_names`` (list; index = label), sensor settings
-====================  ==================================================================================================
+==============  ======================================================================================================
+field           content
+==============  ======================================================================================================
+``frames``      list of dicts of arrays, all (H, W): ``color`` (H, W, 3) uint8 RGB, ``depth_raw`` uint16 in the units of
+                ``encoding`` (the sensor's noisy depth, 0 = no data), ``depth_truth`` float32 metres (exact, 0 = the ray
+                left the scene), ``labels`` uint8 (index into ``meta["label_names"]``, 0 = nothing), ``artefacts`` uint8
+                (index into ``meta["artefact_names"]``: what the sensor did to this pixel). May be empty.
+``encoding``    name of an entry of `course_lib.rgbd.ENCODINGS` for ``depth_raw``; "" where there are no frames
+``camera``      dict of the arguments of `course_lib.cameras.PinholeCamera`; empty where there are no frames
+``poses``       (n_frames, 4, 4) float64, T_world_camera of each frame; (0, 4, 4) where there are no frames
+``meshes``      name → dict of arrays: ``vertices`` (V, 3) float32 m, ``triangles`` (T, 3) int32 and, where they exist,
+                ``colors`` (V, 3) uint8, ``normals`` (V, 3) float32, ``labels`` (V,) uint8. "surface": the true one.
+``clouds``      name → dict of arrays: ``points`` (N, 3) float32 m and, where they exist, ``colors`` (N, 3) uint8,
+                ``normals`` (N, 3) float32, ``labels`` (N,) uint8. "cloud" is the dataset's main one.
+``truth``       name → array: whatever else is known exactly
+``meta``        JSON-able facts: ``title``, ``label_names`` (list; index = label), sensor settings
+==============  ======================================================================================================
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True)
 class RecipeOutput:
-    """What a recipe returns: arrays, strings and numbers only (the module's docstring gives the form of every field)."""
+    """What a recipe returns: arrays, strings and numbers only; the module's docstring gives the form of each field."""
 
     frames: list[dict[str, np.ndarray]] = field(default_factory=list)
     encoding: str = ""
@@ -99,8 +99,8 @@ def _desk_pair(seed: int, progress: Progress) -> RecipeOutput:
 RECIPES: dict[str, Recipe] = {
     recipe.name: recipe
     for recipe in (
-        Recipe("bunny_like", 7, 1, "A smooth, closed, lop-sided animal of about 36,000 vertices, 0.15 m long.", _bunny_like),
-        Recipe("living_room", 7, 1, "Thirty hand-held D455-like frames around a table in a furnished room.", _living_room),
-        Recipe("desk_pair", 7, 1, "Two D455-like close-ups of a desk with the exact motion between them.", _desk_pair),
+        Recipe("bunny_like", 7, 1, "A closed, lop-eared animal of about 36,000 vertices, 0.15 m long.", _bunny_like),
+        Recipe("living_room", 7, 1, "Thirty hand-held D455-like frames around a table in a room.", _living_room),
+        Recipe("desk_pair", 7, 1, "Two D455-like close-ups of a desk, the motion between them exact.", _desk_pair),
     )
 }
