@@ -258,17 +258,17 @@ def _suffix(array: np.ndarray) -> str:
 
 def _encode(array: np.ndarray) -> bytes:
     if _suffix(array) == ".npz":
-        return _pack({"array": array})
+        return _pack({"array": array}, np.savez)  # compressing true depth saves a fifth and takes seconds
     image = array[..., ::-1] if array.ndim == 3 else array
-    done, content = cv2.imencode(".png", np.ascontiguousarray(image), [cv2.IMWRITE_PNG_COMPRESSION, 4])
+    done, content = cv2.imencode(".png", np.ascontiguousarray(image), [cv2.IMWRITE_PNG_COMPRESSION, 2])
     if not done:
         raise Refusal(f"An image of shape {array.shape} cannot be stored as PNG: mend the recipe.")
     return content.tobytes()
 
 
-def _pack(arrays: dict[str, np.ndarray]) -> bytes:
+def _pack(arrays: dict[str, np.ndarray], save: Callable[..., None] = np.savez_compressed) -> bytes:
     buffer = io.BytesIO()
-    np.savez_compressed(buffer, **arrays)
+    save(buffer, **arrays)
     return buffer.getvalue()
 
 

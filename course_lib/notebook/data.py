@@ -170,7 +170,7 @@ def _synthetic(entry: _catalog.Entry, folder: Path, manifest: Mapping[str, Any])
             if "labels" in one["arrays"]
         },
         **{name: lambda n=name, f=file: arrays(f)[n] for name, file in manifest["truth"].items()},
-        **({"label_names": lambda: list(manifest["meta"]["label_names"])} if "label_names" in manifest["meta"] else {}),
+        **{name: lambda v=value: list(v) for name, value in manifest["meta"].items() if name.endswith("_names")},
     }
     clouds = {name: lambda f=file: cloud(f) for name, file in manifest["clouds"].items()}
     meshes = {name: lambda f=one["file"]: mesh(f) for name, one in manifest["meshes"].items()}
