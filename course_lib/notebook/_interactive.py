@@ -6,6 +6,8 @@ extensions, so it also turns on a machine that is offline. Neither is ever store
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 
 from course_lib.notebook._picture import Picture
@@ -16,8 +18,21 @@ MOST_POINTS = 60_000
 """A browser turns this many points smoothly, and a notebook saved by mistake stays under 3 MB."""
 
 
-def turnable(scene: Scene, title: str = ""):
-    """Return a plotly figure of a scene, with equal axes and the scene's up direction."""
+class Turnable:
+    """A plotly figure that JupyterLab draws with the code it has installed; elsewhere its description is shown."""
+
+    def __init__(self, figure: object, alt: str):
+        self.figure, self.alt = figure, alt
+
+    def __repr__(self) -> str:
+        return self.alt
+
+    def _repr_mimebundle_(self, include=None, exclude=None) -> dict:
+        return {"application/vnd.plotly.v1+json": json.loads(self.figure.to_json()), "text/plain": self.alt}
+
+
+def turnable(scene: Scene, title: str = "") -> Turnable:
+    """Return a view of a scene to turn with the mouse, with equal axes and the scene's up direction."""
     from plotly.graph_objects import Figure, Mesh3d, Scatter3d
 
     figure = Figure()
@@ -53,7 +68,7 @@ def turnable(scene: Scene, title: str = ""):
             **{f"{name}axis": {"title": f"{name} (m)"} for name in axis},
         },
     )
-    return figure
+    return Turnable(figure, f"A view to turn with the mouse. {scene.text}")
 
 
 def _css(colour: np.ndarray) -> str:

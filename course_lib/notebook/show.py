@@ -80,8 +80,8 @@ class Show:
         cull : leave out surfaces seen from behind, to look into a room.
         about : the counts may differ between machines: say "about 36,000 points", extents to 2 digits.
         alt : what to see, in your words; the computed description follows it.
-        interactive : in a live notebook, a view to turn with the mouse (plotly; needs no network). Never keep one in a
-            lesson: it stores its points.
+        interactive : in a live notebook, a view to turn with the mouse (plotly, which needs no network; at most 60,000
+            points of a cloud). Never keep one in a lesson: it stores its points.
 
         Raises
         ------

@@ -38,12 +38,15 @@ def test_a_live_slider_turns_through_the_same_frames(monkeypatch):
 
 
 def test_a_turnable_view_is_whole_and_needs_no_network():
-    figure = show({"path": straight_path(), "floor": square_mesh(), "box": box_cloud()}, interactive=True)
+    view = show({"path": straight_path(), "floor": square_mesh(), "box": box_cloud()}, interactive=True)
+    figure = view.figure
     assert [trace.type for trace in figure.data] == ["scatter3d", "mesh3d", "scatter3d"]
     assert len(figure.data[2].x) == 1331
     assert figure.layout.scene.aspectmode == "data"
     assert figure.layout.scene.camera.up.z > 0.7
-    assert "http" not in figure.to_json().replace("http://schema", "")
+    bundle = view._repr_mimebundle_()
+    assert set(bundle) == {"application/vnd.plotly.v1+json", "text/plain"}
+    assert "http" not in str(bundle) and "1,331 points" in bundle["text/plain"]
 
 
 def test_the_error_budget_waits_and_fills(capsys):
