@@ -51,6 +51,8 @@ def _primitives(layer: Layer, view: View, point_size: float, cull: bool) -> tupl
     colour = layer.rgb[parts].mean(axis=1) / 255.0
     if layer.kind == "mesh":
         brightness, facing = _light(layer.points, parts, view)
+        if not layer.classes:  # colours from a photo have light in them already
+            brightness = 0.6 + 0.4 * brightness
         parts, colour = (
             (parts[facing], (colour * brightness[:, None])[facing]) if cull else (parts, colour * brightness[:, None])
         )

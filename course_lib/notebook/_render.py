@@ -18,7 +18,9 @@ def draw(layers: tuple[Layer, ...], views: list[View], point_size: float, cull: 
         if layer.kind == "mesh":
             surface = pyvista.PolyData.from_regular_faces(layer.points, layer.triangles)
             surface.point_data["rgb"] = layer.rgb
-            plotter.add_mesh(surface, scalars="rgb", rgb=True, ambient=0.25, culling="back" if cull else None)
+            # colours from a photo have light in them already
+            light = {"ambient": 0.25} if layer.classes else {"ambient": 0.6, "diffuse": 0.5}
+            plotter.add_mesh(surface, scalars="rgb", rgb=True, culling="back" if cull else None, **light)
         elif layer.kind == "trajectory":
             path = pyvista.PolyData(layer.points, lines=np.insert(layer.segments, 0, 2, axis=1).ravel())
             path.point_data["rgb"] = layer.rgb

@@ -107,8 +107,8 @@ def test_the_text_does_not_depend_on_the_renderer(renderer, monkeypatch):
     monkeypatch.setenv("COURSE_RENDER", renderer)
     picture = show({"path": straight_path(), "box": box_cloud()}, views=["front", "iso"])
     assert picture.alt == (
-        "Trajectory 'path' of 5 poses, 1.00 m long, blue. Point cloud 'box' of 1,331 points, "
-        "2.00 × 1.00 × 0.500 m (x × y × z), orange. Seen from the front and above at an angle."
+        "Trajectory 'path' of 5 poses, 1.00 m long, vermilion. Point cloud 'box' of 1,331 points, "
+        "2.00 × 1.00 × 0.500 m (x × y × z), blue. Seen from the front and above at an angle."
     )
     assert (picture.pixels < 250).any()
 

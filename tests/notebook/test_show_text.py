@@ -77,6 +77,8 @@ def test_colours_are_explained():
         PointCloud(cloud.points, labels=np.arange(1331) % 3 - 1), color="label"
     )
     assert "in its own colours" in text_of(wall_cloud())
+    assert "in its own colours" in text_of({"path": straight_path(), "wall": wall_cloud()})
+    assert "in its own colours" not in text_of({"one": wall_cloud(), "two": wall_cloud()})
 
 
 def test_height_follows_the_frame():
