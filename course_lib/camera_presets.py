@@ -72,6 +72,6 @@ def preset(name: str) -> PinholeCamera:
     Traceback (most recent call last):
     ValueError: preset: there is no camera 'primesence'; did you mean 'primesense'?
     """
-    if name not in PRESETS:
+    if not isinstance(name, str) or name not in PRESETS:
         raise ValueError(f"preset: there is no camera {name!r}; {checks.nearest_name(name, PRESETS)}")
     return PRESETS[name]

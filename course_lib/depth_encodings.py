@@ -76,7 +76,7 @@ def find_encoding(name: str | DepthEncoding) -> DepthEncoding:
     """Return a depth encoding by name (or unchanged); an unknown name raises ValueError with the nearest one."""
     if isinstance(name, DepthEncoding):
         return name
-    if name not in ENCODINGS:
+    if not isinstance(name, str) or name not in ENCODINGS:
         raise ValueError(f"encoding: there is no {name!r}; {checks.nearest_name(name, ENCODINGS)}")
     return ENCODINGS[name]
 

@@ -10,9 +10,12 @@ ROS `sensor_msgs/PointCloud2` and `sensor_msgs/PointField`.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from dataclasses import fields as dataclass_fields
 
 import numpy as np
 from numpy.typing import NDArray
+
+from course_lib import checks
 
 _DATATYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
 _DATATYPE_OF = {np.dtype(kind): number for number, kind in _DATATYPES.items()}
@@ -89,10 +92,10 @@ def to_message(
         raise ValueError("structured_array: expected a structured array, e.g. numpy.zeros(n, POINT_TYPES['PointXYZ']).")
     if array.ndim not in (1, 2) or array.size == 0:
         raise ValueError(f"structured_array: expected shape (N,) or (H, W) with points, got {array.shape}.")
-    if padding < 0 or row_padding < 0:
-        raise ValueError("padding: a number of bytes cannot be negative.")
-    rows = (array.shape[0] if array.ndim == 2 else 1) if height is None else height
-    if rows < 1 or array.size % rows:
+    if not all(isinstance(n, (int, np.integer)) and n >= 0 for n in (padding, row_padding)):
+        raise ValueError(f"padding: expected whole numbers of bytes from 0, got {padding!r} and {row_padding!r}.")
+    rows = (array.shape[0] if array.ndim == 2 else 1) if height is None else checks.size(height, "height")
+    if array.size % rows:
         raise ValueError(f"height: {rows} rows do not divide {array.size} points.")
     columns = array.size // rows
     fields, formats = [], []
@@ -103,8 +106,8 @@ def to_message(
         if native not in _DATATYPE_OF or len(shape) != 1:
             raise ValueError(f"structured_array: ROS has no datatype for field {name!r} of type {kind}.")
         fields.append(PointField(name, offset, _DATATYPE_OF[native], shape[0]))
-        formats.append((base.newbyteorder(">" if big_endian else "<"), shape) if kind.subdtype else
-                       base.newbyteorder(">" if big_endian else "<"))  # fmt: skip
+        ordered = base.newbyteorder(">" if big_endian else "<")
+        formats.append((ordered, shape) if kind.subdtype else ordered)
     point_step = array.dtype.itemsize + padding
     wire = np.dtype(
         {
@@ -145,6 +148,9 @@ def from_message(msg: PointCloud2) -> NDArray:
         If the message contradicts itself: bytes missing, steps smaller than what they must hold, fields outside the
         point, unknown datatypes, two fields of one name, no point.
     """
+    lacks = [field.name for field in dataclass_fields(PointCloud2)[:-1] if not hasattr(msg, field.name)]
+    if lacks:
+        raise ValueError(f"message: expected a PointCloud2, but {type(msg).__name__} has no {', '.join(lacks)}.")
     if msg.height < 1 or msg.width < 1:
         raise ValueError(f"message: height {msg.height} x width {msg.width} holds no point.")
     if not msg.fields:

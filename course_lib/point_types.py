@@ -48,7 +48,7 @@ def point_type(name: str) -> np.dtype:
     >>> point_type("PointXYZ").itemsize
     16
     """
-    if name not in POINT_TYPES:
+    if not isinstance(name, str) or name not in POINT_TYPES:
         raise ValueError(f"point_type: there is no {name!r}; {checks.nearest_name(name, POINT_TYPES)}")
     return POINT_TYPES[name]
 

@@ -75,8 +75,14 @@ class PointCloud:
         return f"PointCloud({len(self)} points{', with ' + ', '.join(has) if has else ''})"
 
     def select(self, index: ArrayLike) -> PointCloud:
-        """Return the cloud of the chosen points: a (N,) bool mask or integer indices; choosing none raises."""
+        """Return the cloud of the chosen points: (N,) bool mask, or integer indices; ValueError where that is none."""
         index = np.asarray(index)
+        mask = index.dtype == bool and index.shape == (len(self),)
+        if not mask and (index.dtype.kind not in "iu" or index.ndim != 1 or not (np.abs(index) < len(self)).all()):
+            raise ValueError(
+                f"select: expected a mask of {len(self)} booleans or a list of indices below {len(self)}, "
+                f"got {index.dtype} of shape {index.shape}."
+            )
         picked = {
             name: None if values is None else values[index]
             for name, values in ((n, getattr(self, n)) for n in ("points", "colors", "normals", "labels"))

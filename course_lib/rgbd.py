@@ -8,7 +8,6 @@ are indexed [row v, column u] and pixel centres lie at integers. How files store
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import cv2
 import numpy as np
@@ -162,34 +161,32 @@ def resize_frame(frame: RGBDFrame, width: int, height: int) -> RGBDFrame:
     )
 
 
-def rescale_for_display(
-    depth: ArrayLike, near: float, far: float, *, darker: Literal["farther", "nearer"] = "farther"
-) -> NDArray[np.uint8]:
+def rescale_for_display(depth: ArrayLike, near: float, far: float) -> NDArray[np.uint8]:
     """Squeeze depth into 8 bits, for looking only: the lecture's float32 → [0, 255].
 
     Parameters
     ----------
     depth : (H, W) float, metres.
-    near, far : the depths that get the two ends of the grey scale, metres; what lies outside is clipped.
-    darker : which end is dark. It is a choice of display and says nothing about the file.
+    near, far : the depths that become 0 and 255, metres; what lies outside is clipped.
 
     Returns
     -------
-    (H, W) uint8: 1 to 255 for measured pixels, 0 where nothing was measured. Never to be computed with.
+    (H, W) uint8: larger is farther, as in the file. A picture that has the near things bright shows 255 minus this: a
+    choice of display. Nothing measured becomes 0, as the nearest does. Never to be computed with.
 
     Raises
     ------
     ValueError
-        If depth is no depth image, near is not below far, or `darker` is not one of the two words.
+        If depth is no depth image in metres, or near is not below far.
+
+    Examples
+    --------
+    >>> rescale_for_display(np.array([[0.0, 3.0, 6.0]]), 0, 6).tolist()
+    [[0, 128, 255]]
     """
     depth = check_depth(depth)
     near, far = checks.number(near, "near"), checks.number(far, "far")
     if not near < far:
         raise ValueError(f"near ({near:g} m) must be below far ({far:g} m).")
-    if darker not in ("farther", "nearer"):
-        raise ValueError(f"darker: say 'farther' or 'nearer', got {darker!r}.")
-    measured = valid_mask(depth)
-    share = (np.clip(np.where(measured, depth, near), near, far) - near) / (far - near)
-    if darker == "farther":
-        share = 1 - share
-    return np.where(measured, np.rint(1 + 254 * share), 0).astype(np.uint8)
+    share = np.where(valid_mask(depth), (depth - near) / (far - near), 0)
+    return (np.clip(share, 0, 1) * 255 + 0.5).astype(np.uint8)

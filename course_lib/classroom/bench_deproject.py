@@ -1,7 +1,7 @@
 """The benchmark of `course_lib.cameras`: lifting a 1280x720 depth image with 8 % holes, against Open3D's legacy cloud.
 
-`cases()` is all that `course bench` needs. Both sides get the same float32 image in metres and the same intrinsics, do
-one frame a call, and allocate their result. Set the threads of both with `o3d.utility.set_max_threads(n)` before timing,
+`cases()` is all that `course bench` needs. Both sides get the same float32 image in metres and the same intrinsics,
+do one frame a call, and allocate their result. Set the threads with `o3d.utility.set_max_threads(n)` before timing,
 and say n beside the ratio; ours uses one thread whatever is set. Run the two sides in turns and compare medians.
 
 Open3D is measured at whichever of its two ways is the faster one for the case: `project_valid_depth_only=False` also

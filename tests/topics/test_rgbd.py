@@ -163,8 +163,8 @@ def test_resizing_colour_keeps_pixel_centres():
 
 def test_rescaling_for_display():
     depth = np.array([[0.0, 1.0, 2.0, 3.0, 9.0, np.nan]], np.float32)
-    np.testing.assert_array_equal(rgbd.rescale_for_display(depth, 1, 3), [[0, 255, 128, 1, 1, 0]])
-    np.testing.assert_array_equal(rgbd.rescale_for_display(depth, 1, 3, darker="nearer"), [[0, 1, 128, 255, 255, 0]])
+    np.testing.assert_array_equal(rgbd.rescale_for_display(depth, 1, 3), [[0, 0, 128, 255, 255, 0]])
+    np.testing.assert_array_equal(rgbd.rescale_for_display(depth, 0, 6), [[0, 43, 85, 128, 255, 0]])
 
 
 def test_valid_mask():
@@ -213,7 +213,7 @@ MILLIMETRES = np.tile(np.arange(400, 1040, dtype=np.float32), (480, 1))
         (lambda: rgbd.resize_color(ROOM, 10, 10), "uint8"),
         (lambda: rgbd.resize_frame(ROOM, 10, 10), "RGBDFrame"),
         (lambda: rgbd.rescale_for_display(ROOM, 3, 1), "below far"),
-        (lambda: rgbd.rescale_for_display(ROOM, 1, 3, darker="sideways"), "farther"),
+        (lambda: rgbd.rescale_for_display(EIGHT_BITS, 1, 3), "8-bit"),
     ],
 )
 def test_bad_input_gets_one_sentence(call, words):
