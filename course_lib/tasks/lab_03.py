@@ -204,7 +204,7 @@ TASKS = (
         judge=lambda case, answer: judge_number(answer, case.truth, _FOCAL_TOLERANCE, "px", "the focal length"),
         misconceptions=FOCAL_MISTAKES,
         hides=("course_lib.cameras.focal_length",),
-        where="lesson 03, section 2 (focal length from the field of view)",
+        where="lesson 03, section 2 (the focal length comes from the field of view)",
     ),
     Task(
         id="03-2", title="deproject a depth image", points=3, version=1, kind="write",

@@ -255,7 +255,7 @@ def _passes(task: Task, cases: Sequence[Case], answers: Sequence[Plain]) -> bool
 
 
 def _errors() -> Iterator[Callable[[Plain], Plain]]:
-    for size in np.logspace(-9, 0, 46):
+    for size in np.logspace(-9, 0, 91):
         for e in (-size, size):
             yield lambda value, e=e: _on_floats(value, lambda x: x * (1 + e))
             yield lambda value, e=e: _on_floats(value, lambda x: x + e)

@@ -201,3 +201,20 @@ def test_what_passes_in_public_passes_on_fresh_cases(task: Task) -> None:
     failed, judged = proofs.unfair_share(task, reference(task), loader(task))
     assert judged > 0
     assert failed < 0.01 * judged, f"{failed} of {judged} fail on fresh cases only"
+
+
+@each_task
+def test_where_to_look_is_there(task: Task) -> None:
+    """The third help names a lesson, and sections and headings that it has."""
+    number = re.match(r"lesson (\d\d)\b", task.where)
+    assert number, f"{task.where!r} begins with the lesson: 'lesson 03, section 2 (the pinhole model)'"
+    sources = list((solutions.ROOT / "notebooks" / "source").glob(f"{number[1]}_*.py"))
+    if not sources:
+        pytest.skip(f"lesson {number[1]} is not written yet")
+    headings = dict(re.findall(r"^# ## (\d+)\s+(.+?)\s*$", sources[0].read_text(encoding="utf-8"), re.M))
+    titles = re.findall(r"^# ## ([A-Z].+?)\s*$", sources[0].read_text(encoding="utf-8"), re.M)
+    for section, title in re.findall(r"\bsection (\d)(?: \(([^)]*)\))?", task.where):
+        assert section in headings, f"lesson {number[1]} has no section {section}"
+        assert not title or title.lower() == headings[section].lower(), f"section {section} is {headings[section]!r}"
+    if "Break it" in task.where:
+        assert "Break it" in titles
