@@ -50,10 +50,13 @@ def test(quick: bool, workers: int, more: tuple[str, ...]) -> None:
 @click.option("--write", is_flag=True, help="Write docs/benchmarks.md.")
 def bench(notebooks: bool, only: str, write: bool) -> None:
     """Measure the library against the professional tools, side by side, on the same number of threads."""
-    from .bench import bench_cases, bench_notebooks
+    if notebooks:
+        from .weigh import weigh_lessons
 
-    tree = course_tree()
-    sys.exit(bench_notebooks(tree, only, click.echo) if notebooks else bench_cases(tree, only, write, click.echo))
+        sys.exit(weigh_lessons(course_tree(), only, click.echo))
+    from .bench import bench_cases
+
+    sys.exit(bench_cases(course_tree(), only, write, click.echo))
 
 
 # verb: (its click command, or the module and the name that hold it; one line for --help)

@@ -91,7 +91,7 @@ def execute(
     *,
     strict: bool = False,
     go_on: bool = False,
-    cell_seconds: float = CELL_SECONDS,
+    cell_seconds: int = CELL_SECONDS,
     on_start: Callable[[int], None] | None = None,
 ) -> NotebookNode:
     """Run every code cell of a notebook in place, in a fresh kernel, and return the notebook.
@@ -139,7 +139,7 @@ def execute(
             message = f"{error.ename}: {error.evalue}".strip()[:600]
             raise CellFailed(running["cell"], message, _line_in_cell(error.traceback)) from error
         except CellTimeoutError as error:
-            raise CellFailed(running["cell"], f"the cell took longer than {cell_seconds:g} s.") from error
+            raise CellFailed(running["cell"], f"the cell took longer than {cell_seconds} s.") from error
         except DeadKernelError as error:
             said.seek(0)
             last = "\n".join(said.read().splitlines()[-5:])

@@ -41,7 +41,7 @@ LANGUAGE = {
     "pygments_lexer": "ipython3",
 }
 _TASK = re.compile(
-    r"^##\s+Task\s+(?P<number>\d+)\s*[—–:-]\s*(?P<title>.+?)\s*\((?P<points>\d+)\s+points?(?:,[^)\n]*)?\)\s*$", re.M
+    r"^##\s+Task\s+(?P<number>\d+)\s*[—–:-]\s*(?P<title>[^\s(].*?)\s*\((?P<points>\d+)\s+points?(?:,[^)\n]*)?\)\s*$", re.M
 )
 _REAL = re.compile(r"\A\s*#\s*real data:\s*(?P<names>.+)$", re.M)
 _HEADER = re.compile(r"\A# ---\n(?:#.*\n)*?# ---\n")  # jupytext's YAML: the notebook's metadata are ours
@@ -80,8 +80,8 @@ def named_datasets(nb: NotebookNode) -> list[str]:
     for cell in nb.cells:
         if cell.cell_type == "code":
             found = [*real_datasets(cell.source), *(m["name"] for m in _LOADED.finditer(cell.source))]
-            names += [name for name in found if name not in names]
-    return names
+            names += found
+    return list(dict.fromkeys(names))
 
 
 def _slug(cell: NotebookNode) -> str:
