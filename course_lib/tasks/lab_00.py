@@ -62,6 +62,6 @@ TASKS = (
                 "def metres(depth_mm):\n    return depth_mm / 5000\n",
             ),
         ),
-        where="lesson 00, section 1 (from an image to points)",
+        where="lesson 01, section 3 (from stored numbers to metres)",
     ),
 )
