@@ -77,7 +77,7 @@ def compose(
     bottom = (LEGEND_ROW if legend else 0) + (LABEL_ROW if hint else 0)
     width = sum(widths) + (len(widths) - 1) * GAP + (BAR_COLUMN if bar else 0) + 2 * GAP
     height = top + sum(heights) + sum(labels) + (len(rows) - 1) * GAP + bottom + GAP
-    figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, facecolor="white")
+    figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, facecolor="white", layout="none")
     canvas = FigureCanvasAgg(figure)
 
     def place(left: float, up: float, wide: float, high: float):

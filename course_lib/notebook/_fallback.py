@@ -21,7 +21,7 @@ def _draw(layers: tuple[Layer, ...], view: View, point_size: float, cull: bool) 
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(view.width / DPI, view.height / DPI), dpi=DPI)
+    figure = Figure(figsize=(view.width / DPI, view.height / DPI), dpi=DPI, facecolor="white", layout="none")
     canvas = FigureCanvasAgg(figure)
     axes = figure.add_axes((0, 0, 1, 1))
     axes.set_axis_off()

@@ -106,6 +106,9 @@ def picture(fig: Figure, alt: str, dpi: int = 200) -> Picture:
 
     try:
         check_alt(alt)
+        for axes in fig.axes:
+            if axes.images:  # the style's grid is for plots
+                axes.grid(False)
         fig.set_dpi(dpi)
         canvas = FigureCanvasAgg(fig)
         canvas.draw()

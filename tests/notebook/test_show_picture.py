@@ -1,6 +1,7 @@
 """Picture and picture(fig, alt): small palette PNGs on white, with alt text that holds a number."""
 
 import io
+import warnings
 
 import numpy as np
 import pytest
@@ -144,3 +145,28 @@ def test_style_sets_the_colour_cycle(monkeypatch):
         show.style()
         assert [entry["color"] for entry in rcParams["axes.prop_cycle"]] == [code for code, _ in CYCLE]
     assert set(COLOURS) >= {"inlier", "outlier", "source", "target"}
+
+
+def test_pictures_warn_of_nothing_and_look_the_same_under_the_style(monkeypatch):
+    """Whatever rcParams a notebook has set: a warning would land in its stored output."""
+    from matplotlib import rc_context
+
+    from course_lib.notebook._probe import rendering
+
+    monkeypatch.setenv("COURSE_RENDER", "matplotlib")
+    rendering.cache_clear()
+    image = {"a": np.linspace(0, 1, 600).reshape(20, 30)}
+    points = np.random.default_rng(0).uniform(size=(200, 3))
+    before = show.images(image), show(points)
+    with rc_context(), warnings.catch_warnings():
+        warnings.simplefilter("error")
+        show.style()
+        after = show.images(image), show(points)
+        fig, axes = plt.subplots()
+        axes.imshow(image["a"])
+        picture(fig, alt="1 image")
+    rendering.cache_clear()
+    assert [made.alt for made in after] == [made.alt for made in before]
+    for a, b in zip(after, before, strict=True):
+        assert a.pixels.shape == b.pixels.shape
+        assert np.abs(a.pixels.astype(int) - b.pixels).mean() < 1
