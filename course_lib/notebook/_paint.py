@@ -70,68 +70,86 @@ def common_limits(things: list[Thing], colouring: Colouring, frame: str) -> tupl
     return float(low), float(high)
 
 
+Painted = tuple[np.ndarray, str, list[tuple[str, str]], ColourBar | None]
+"""(N, 3) uint8 colours, the words for them, legend entries, and a colour bar or None."""
+
+
 def paint(
     thing: Thing,
-    plain: tuple[str, str] | None,
+    cycled: tuple[str, str] | None,
     colouring: Colouring,
     frame: str,
     limits: tuple[float, float],
-) -> tuple[np.ndarray, str, list[tuple[str, str]], ColourBar | None]:
-    """Decide the (N, 3) uint8 colours of a thing, the words for them, its legend entries and its colour bar."""
+) -> Painted:
+    """Decide the colours of a thing and what explains them.
+
+    Parameters
+    ----------
+    thing : what is coloured.
+    cycled : colour and word that tell it from the others; None where it is the only one of its kind.
+    colouring : how `show` was asked to colour; what came with the thing itself goes first.
+    frame : where up is.
+    limits : of the colour bar.
+    """
     n = len(thing.points)
     color = thing.color if thing.color is not None else colouring.color
     magnitudes = _values(thing, colouring, frame)
     if magnitudes is not None:
-        values, name = magnitudes
-        unit = "m" if name in ("height", "depth") else colouring.unit
-        map_name = colours.SIGNED if colouring.signed else colours.MAGNITUDES
-        ends = "blue below, red above zero" if colouring.signed else "dark blue to yellow"
-        span = f"{number(limits[0], 2)} to {amount(limits[1], unit, 2)}"
-        bar = ColourBar(f"{name} ({unit})" if unit else name, map_name, limits)
-        return colours.colour_map(map_name, values, limits), f"coloured by {name}, {span} ({ends})", [], bar
-    if isinstance(color, str) and color == "label":
-        return _by_label(thing)
-    if isinstance(color, str) and color == "rgb" and thing.kind != "trajectory":
-        if thing.colors is None:
-            raise ValueError(f"This {thing.kind} has no colours of its own: use color='height', or give it colours.")
-        return thing.colors, "in its own colours", [], None
-    if color is not None and not isinstance(color, str):
-        array = np.asarray(color)
-        if array.shape == (n, 3):
-            return as_bytes(array, n), "in given colours", [], None
-        if array.shape == (n,) and array.dtype.kind == "b":
-            return _by_mask(array)
-        raise ValueError(
-            f"Colours of shape {array.shape} do not fit {n:,} points: pass ({n},) numbers or ({n}, 3) uint8."
-        )
-    class_name = color if color is not None else thing.name if thing.name in colours.COLOURS else None
-    if class_name is not None and not (
-        color is not None and thing.kind == "trajectory" and color not in colours.COLOURS
-    ):
-        code = colours.COLOURS.get(class_name, class_name)
-        words = colours.COLOUR_WORDS.get(class_name, class_name)
-    elif thing.colors is not None and plain is None:
-        return thing.colors, "in its own colours", [], None
-    elif plain is not None and not (thing.kind == "mesh" and not thing.name):
-        code, words = plain
+        return _by_magnitude(*magnitudes, colouring, limits)
+    if isinstance(color, str) and color in ("label", "rgb", "height", "depth"):
+        if thing.kind == "trajectory":
+            return _plain(thing, None, cycled)
+        return _by_label(thing) if color == "label" else _own(thing)
+    if color is None or isinstance(color, str):
+        return _plain(thing, color, cycled)
+    array = np.asarray(color)
+    if array.shape == (n, 3):
+        return as_bytes(array, n), "in given colours", [], None
+    if array.shape == (n,) and array.dtype.kind == "b":
+        return _by_mask(array)
+    raise ValueError(f"Colours of shape {array.shape} do not fit {n:,} points: pass ({n},) numbers or ({n}, 3) uint8.")
+
+
+def _by_magnitude(values: np.ndarray, name: str, colouring: Colouring, limits: tuple[float, float]) -> Painted:
+    unit = "m" if name in ("height", "depth") else colouring.unit
+    map_name = colours.SIGNED if colouring.signed else colours.MAGNITUDES
+    ends = "blue below, red above zero" if colouring.signed else "dark blue to yellow"
+    words = f"coloured by {name}, {number(limits[0], 2)} to {amount(limits[1], unit, 2)} ({ends})"
+    bar = ColourBar(f"{name} ({unit})" if unit else name, map_name, limits)
+    return colours.colour_map(map_name, values, limits), words, [], bar
+
+
+def _own(thing: Thing) -> Painted:
+    if thing.colors is None:
+        raise ValueError(f"This {thing.kind} has no colours of its own: use color='height', or give it colours.")
+    return thing.colors, "in its own colours", [], None
+
+
+def _plain(thing: Thing, color: str | None, cycled: tuple[str, str] | None) -> Painted:
+    """One colour: the class that was asked for or is the thing's name; else its own; else one that tells it apart."""
+    class_name = color or (thing.name if thing.name in colours.COLOURS else "")
+    if class_name:
+        code, words = colours.COLOURS.get(class_name, class_name), colours.COLOUR_WORDS.get(class_name, class_name)
+    elif cycled is None and thing.colors is not None:
+        return _own(thing)
+    elif cycled is not None and (thing.kind != "mesh" or thing.name):
+        code, words = cycled
     else:
-        code, words = {
-            "cloud": (colours.COLOURS["inlier"], "blue"),
-            "mesh": (colours.COLOURS["surface"], "grey"),
-            "trajectory": (colours.COLOURS["outlier"], "vermilion"),
-        }[thing.kind]
+        class_name = {"cloud": "inlier", "mesh": "surface", "trajectory": "outlier"}[thing.kind]
+        code, words, class_name = colours.COLOURS[class_name], colours.COLOUR_WORDS[class_name], ""
     name = thing.name or (class_name if class_name in colours.COLOURS else "")
-    return np.tile(np.array(colours.rgb(code), np.uint8), (n, 1)), words, [(name, code)] if name else [], None
+    flat = np.tile(np.array(colours.rgb(code), np.uint8), (len(thing.points), 1))
+    return flat, words, [(name, code)] if name else [], None
 
 
-def _by_mask(mask: np.ndarray) -> tuple[np.ndarray, str, list[tuple[str, str]], None]:
+def _by_mask(mask: np.ndarray) -> Painted:
     kept, dropped = np.array(colours.rgb("inlier"), np.uint8), np.array(colours.rgb("outlier"), np.uint8)
     words = f"{count(int(mask.sum()), 'inlier')} blue, {count(int((~mask).sum()), 'outlier')} vermilion"
     entries = [("inlier", colours.COLOURS["inlier"]), ("outlier", colours.COLOURS["outlier"])]
     return np.where(mask[:, None], kept, dropped), words, entries, None
 
 
-def _by_label(thing: Thing) -> tuple[np.ndarray, str, list[tuple[str, str]], None]:
+def _by_label(thing: Thing) -> Painted:
     if thing.labels is None:
         raise ValueError(f"This {thing.kind} has no labels: color='label' needs PointCloud(labels=...).")
     names, which = np.unique(thing.labels, return_inverse=True)

@@ -79,8 +79,8 @@ def build(things: tuple, colouring: Colouring, frame: str | None = None) -> Scen
     limits = common_limits(known, colouring, frame)
     for index, thing in enumerate(known):
         alone = sum((other.kind == "trajectory") == (thing.kind == "trajectory") for other in known) == 1
-        plain = None if alone else colours.CYCLE[index % len(colours.CYCLE)]
-        rgb, words, entries, bar = paint(thing, plain, colouring, frame, limits)
+        cycled = None if alone else colours.CYCLE[index % len(colours.CYCLE)]
+        rgb, words, entries, bar = paint(thing, cycled, colouring, frame, limits)
         legend += [entry for entry in entries if entry not in legend]
         bars += [bar] if bar else []
         layers.append(_layer(thing, rgb, words, colouring, known))
