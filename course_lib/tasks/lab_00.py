@@ -62,6 +62,7 @@ TASKS = (
                 "def metres(depth_mm):\n    return depth_mm / 5000\n",
             ),
         ),
+        hides=("course_lib.rgbd.decode_depth",),
         where="lesson 01, section 3 (from stored numbers to metres)",
     ),
 )
