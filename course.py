@@ -209,12 +209,12 @@ def check_machine(known: Facts, lock: str) -> None:
         )
     wanted = "the course needs CPython {}.{} to {}.{}, 64 bits".format(*PYTHONS[0], *PYTHONS[1])
     if known.bits != 64:
-        raise Stop("python", f"This is a {known.bits}-bit Python; {wanted}.", python_to_use(known.system))
+        raise Stop("python", f"This is a {known.bits}-bit Python; {wanted}.", python_to_use(known))
     if known.implementation != "CPython" or known.free_threaded:
         name = "a free-threaded Python" if known.free_threaded else known.implementation
-        raise Stop("python", f"This is {name}; {wanted}.", python_to_use(known.system))
+        raise Stop("python", f"This is {name}; {wanted}.", python_to_use(known))
     if not PYTHONS[0] <= known.version[:2] <= PYTHONS[1]:
-        raise Stop("python", f"This is Python {dotted}; {wanted}.", python_to_use(known.system))
+        raise Stop("python", f"This is Python {dotted}; {wanted}.", python_to_use(known))
 
 
 def usable_pythons(environment: Mapping[str, str]) -> Iterator[str]:
@@ -248,19 +248,19 @@ def usable_pythons(environment: Mapping[str, str]) -> Iterator[str]:
                 yield candidate
 
 
-def python_to_use(system: str) -> str:
+def python_to_use(known: Facts) -> str:
     """The command that repeats this one with a Python that fits, or that installs such a Python."""
     found = next(usable_pythons(os.environ), None)
     if found:
         return quoted([found] + this_command())
-    if system == "Darwin":
+    if known.system == "Darwin":
         return "brew install python@3.12 && python3.12 " + quoted(this_command())
-    if system == "Windows":
+    if known.system == "Windows":
         return "winget install Python.Python.3.12"
-    family = linux_family()
-    installs = {"debian": "apt-get install -y python3.11", "fedora": "dnf install -y python3.12"}
-    installs.update(suse="zypper install -y python312", arch="pacman -S python")
-    return as_administrator(installs.get(family, installs["debian"]))
+    # Ubuntu 22.04, whose own Python is 3.10, has 3.11 beside it; the python3 of later Debians and Ubuntus fits.
+    debian = "python3.11" if known.libc[1] == (2, 35) else "python3"
+    others = {"fedora": "dnf install -y python3.12", "suse": "zypper install -y python312", "arch": "pacman -S python"}
+    return as_administrator(others.get(linux_family(), f"apt-get install -y {debian}"))
 
 
 # --- The Linux libraries of Open3D and VTK ----------------------------------------------------------------------------
@@ -559,6 +559,8 @@ def link_to(filename: str, page: str, page_url: str) -> Optional[str]:
 
 def unreachable(index: Index, reason: object) -> Stop:
     """The sentence for an index that does not answer."""
+    if isinstance(reason, urllib.error.HTTPError):
+        reason = f"HTTP {reason.code} {reason.reason}"
     reason = getattr(reason, "reason", None) or reason
     reason = getattr(reason, "strerror", None) or reason
     if "CERTIFICATE_VERIFY_FAILED" in str(reason):
@@ -794,11 +796,9 @@ def _try_lock(handle: int) -> bool:
 
 def uv_environment(index: Index) -> Dict[str, str]:
     """The environment for uv: the index in force, and nothing that would change what is installed or where."""
-    drop = "VIRTUAL_ENV CONDA_PREFIX PYTHONPATH PYTHONHOME UV_PROJECT_ENVIRONMENT UV_PROJECT UV_WORKING_DIRECTORY "
-    drop += (
-        "UV_PYTHON UV_SYSTEM_PYTHON UV_FROZEN UV_EXCLUDE_NEWER UV_CONSTRAINT UV_OVERRIDE UV_NO_BINARY UV_ONLY_BINARY "
-    )
-    drop += "UV_VENV_SEED UV_TORCH_BACKEND UV_INDEX_URL UV_EXTRA_INDEX_URL"
+    drop = """VIRTUAL_ENV CONDA_PREFIX PYTHONPATH PYTHONHOME UV_PROJECT UV_PROJECT_ENVIRONMENT UV_WORKING_DIRECTORY
+        UV_PYTHON UV_SYSTEM_PYTHON UV_FROZEN UV_EXCLUDE_NEWER UV_CONSTRAINT UV_OVERRIDE UV_NO_BINARY UV_ONLY_BINARY
+        UV_VENV_SEED UV_TORCH_BACKEND UV_INDEX_URL UV_EXTRA_INDEX_URL"""
     environment = {key: value for key, value in os.environ.items() if key not in drop.split()}
     if index.url != PYPI:
         environment["UV_DEFAULT_INDEX"] = index.url

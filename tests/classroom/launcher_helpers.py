@@ -160,7 +160,7 @@ sys.exit(int(arguments[1]) if arguments[1:2] and arguments[1].isdigit() else 0)
 
 def uv_wheel() -> bytes:
     """A wheel called uv whose program hands on to the real one."""
-    script = f'#!/bin/sh\nexec "{real_uv()}" "$@"\n'.encode()
+    script = f'#!/bin/sh\nPATH="$PATH:/usr/bin:/bin" exec "{real_uv()}" "$@"\n'.encode()
     return wheel("uv", "0.99.0", {"uv-0.99.0.data/scripts/uv": script})
 
 

@@ -134,19 +134,23 @@ def test_pythons_to_use_are_asked_and_not_believed(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("system", "family", "command"),
+    ("known", "family", "command"),
     [
-        ("Linux", "debian", "apt-get install -y python3.11"),
-        ("Linux", "fedora", "dnf install -y python3.12"),
-        ("Linux", "", "apt-get install -y python3.11"),
-        ("Darwin", "", "brew install python@3.12 && python3.12 course.py start"),
-        ("Windows", "", "winget install Python.Python.3.12"),
+        (GOOD, "debian", "apt-get install -y python3"),
+        (GOOD._replace(libc=("glibc", (2, 35))), "debian", "apt-get install -y python3.11"),
+        (GOOD, "fedora", "dnf install -y python3.12"),
+        (
+            launcher.Facts((3, 9, 0), 64, "Darwin", "arm64"),
+            "",
+            "brew install python@3.12 && python3.12 course.py start",
+        ),
+        (launcher.Facts((3, 9, 0), 64, "Windows", "AMD64"), "", "winget install Python.Python.3.12"),
     ],
 )
-def test_where_no_python_fits_the_line_installs_one(monkeypatch, system, family, command):
+def test_where_no_python_fits_the_line_installs_one(monkeypatch, known, family, command):
     monkeypatch.setattr(launcher, "usable_pythons", lambda environment: iter(()))
     monkeypatch.setattr(launcher, "linux_family", lambda: family)
-    assert launcher.python_to_use(system).removeprefix("sudo ") == command
+    assert launcher.python_to_use(known).removeprefix("sudo ") == command
 
 
 OLD = sorted(Path.home().glob(".pyenv/versions/3.*/bin/python"))
