@@ -26,6 +26,7 @@ class Stage:
 STAGES: tuple[Stage, ...] = (
     Stage("depth_step", "one step of the stored depth", "mm", "01_rgbd_images"),
     Stage("depth_noise", "depth noise of one pixel", "mm", "01_rgbd_images"),
+    Stage("frames", "rounding of transforms and files", "mm", "02_point_clouds"),
     Stage("intrinsics", "pixel centres half a pixel off", "px", "03_depth_to_points"),
     Stage("downsampling", "voxel grid", "mm", "04_downsampling"),
     Stage("outliers", "outliers left in", "%", "05_outliers"),
