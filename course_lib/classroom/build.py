@@ -111,10 +111,12 @@ def _old(path: Path) -> NotebookNode | None:
         return None
 
 
-def _keep_missing(nb: NotebookNode, old: NotebookNode | None, missing: set[str], source: Source) -> list[str]:
-    """Where a real dataset is not there, keep the stored outputs of its cells; refuse where there are none."""
+def _stored_for_missing(
+    nb: NotebookNode, old: NotebookNode | None, missing: set[str], source: Source
+) -> dict[str, list[NotebookNode]]:
+    """The stored outputs, by cell id, of the cells whose real data are not there; refuse where there are none."""
     stored = {cell.id: cell for cell in old.cells if cell.cell_type == "code"} if old else {}
-    kept = []
+    kept = {}
     for cell in nb.cells:
         names = set(nbs.real_datasets(cell.source)) & missing if cell.cell_type == "code" else set()
         if not names:
@@ -125,8 +127,7 @@ def _keep_missing(nb: NotebookNode, old: NotebookNode | None, missing: set[str],
             raise CourseError(
                 f"{source.name} needs {name}: run `python3 course.py data get {name}`, or set COURSE_DATA_MIRROR."
             )
-        cell.outputs = before.outputs
-        kept.append(cell.id)
+        kept[cell.id] = before.outputs
     return kept
 
 
@@ -163,11 +164,14 @@ def build(
     nb = nbs.read_source(source.path)
     missing = prepare(nb)
     old = _old(source.notebook)
+    kept = _stored_for_missing(nb, old, missing, source)
     try:
         execute(nb, tree.root, strict=source.kind == "lab")
     except CellFailed as failure:
         raise _explain(failure, nb, source, tree) from failure
-    kept = _keep_missing(nb, old, missing, source)
+    for cell in nb.cells:
+        if cell.id in kept:
+            cell.outputs = kept[cell.id]
     if kept:
         say(f"  {len(kept)} real-data cells kept as stored: {', '.join(sorted(missing))} not there")
     if old is not None:

@@ -41,7 +41,9 @@ LANGUAGE = {
     "pygments_lexer": "ipython3",
 }
 _TASK = re.compile(
-    r"^##\s+Task\s+(?P<number>\d+)\s*[—–:-]\s*(?P<title>[^\s(].*?)\s*\((?P<points>\d+)\s+points?(?:,[^)\n]*)?\)\s*$", re.M
+    r"^##\s+Task\s+(?P<number>\d+)\s*[—–:-]\s*(?P<title>[^\s(].*?)\s*"
+    r"\((?P<points>\d+)\s+points?(?:,[^)\n]*)?\)\s*$",
+    re.M,
 )
 _REAL = re.compile(r"\A\s*#\s*real data:\s*(?P<names>.+)$", re.M)
 _HEADER = re.compile(r"\A# ---\n(?:#.*\n)*?# ---\n")  # jupytext's YAML: the notebook's metadata are ours

@@ -106,7 +106,7 @@ def pytest_words(tree: Tree, folder: Path, quick: bool, workers: int, more: Sequ
     ini.write_text(INI, encoding="utf-8")
     return [
         *(sys.executable, "-P", "-m", "pytest", "-c", str(ini), "--rootdir", str(tree.root)),
-        *("--import-mode=importlib", "-p", "no:cacheprovider", "-q", "--color=no", "--durations=8"),
+        *("-p", "no:cacheprovider", "-p", "no:dash", "-q", "--color=no", "--durations=8"),
         *("-n", str(workers), "--dist", "loadfile"),
         *("--nbval", "--nbval-current-env", f"--nbval-cell-timeout={CELL_SECONDS}"),
         f"--nbval-kernel-startup-timeout={START_SECONDS}",
