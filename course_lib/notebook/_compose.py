@@ -94,7 +94,8 @@ def compose(
         for panel, column_width in zip(row, widths, strict=False):
             high, wide = panel.pixels.shape[:2]
             if panel.label:
-                write(x + wide / 2, y + 4, panel.label, 9, ha="center", va="top")
+                size = min(9.0, 9.0 * column_width / (11.5 * len(panel.label)))  # long labels stay inside their column
+                write(x + wide / 2, y + 4, panel.label, max(size, 6.0), ha="center", va="top")
             axes = place(x, y + label_height, wide, high)
             axes.imshow(panel.pixels, interpolation="none", aspect="auto")
             axes.set_axis_off()
@@ -106,7 +107,7 @@ def compose(
             x += column_width + GAP
         y += row_height + label_height + GAP
     if bar is not None:
-        high = heights[0] - strip
+        high = sum(heights) + sum(labels[1:]) + (len(rows) - 1) * GAP - strip
         beside = place(width - GAP - BAR_COLUMN + 18, top + labels[0] + 0.05 * high, 20, 0.9 * high)
         _colour_bar(beside, bar, extend)
     if legend:
@@ -186,3 +187,19 @@ def length_text(metres: float) -> str:
 def no_data_entry() -> tuple[str, str]:
     """The legend's entry for what was not measured."""
     return "no data", colours.COLOURS["no data"]
+
+
+def fit_width(pixels: np.ndarray, width: int) -> np.ndarray:
+    """Resize (H, W, 3) uint8 to a width: averaged when it shrinks, square pixels when it grows."""
+    import cv2
+
+    height = max(1, round(pixels.shape[0] * width / pixels.shape[1]))
+    grow = width > pixels.shape[1]
+    return cv2.resize(pixels, (width, height), interpolation=cv2.INTER_NEAREST if grow else cv2.INTER_AREA)
+
+
+def extend_of(low: float, high: float, limits: tuple[float, float]) -> str:
+    """Say on which side of a colour bar values lie beyond it, as Matplotlib's colorbar wants it."""
+    margin = 0.02 * (limits[1] - limits[0])
+    below, above = low < limits[0] - margin, high > limits[1] + margin
+    return {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[below, above]

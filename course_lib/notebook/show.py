@@ -21,11 +21,12 @@ import numpy as np
 from IPython import get_ipython
 
 from course_lib.notebook import _colours, budget
-from course_lib.notebook._depth import depth_picture, frames_picture, images_picture
+from course_lib.notebook._depth import depth_picture, frames_picture
 from course_lib.notebook._paint import Colouring
 from course_lib.notebook._panels import draw_scenes
 from course_lib.notebook._picture import Picture, picture
 from course_lib.notebook._probe import rendering
+from course_lib.notebook._rows import Scale, images_picture
 from course_lib.notebook._scene import Scene, build, views_text
 from course_lib.notebook._views import FRAMES, VIEW_WORDS, View, look
 from course_lib.notebook._words import number
@@ -190,12 +191,12 @@ class Show:
         ----------
         images : label → (H, W, 3) uint8 colour, (H, W) uint8 grey, (H, W) bool, (H, W) other numbers (with a colour
             bar; NaN has a colour of its own) or a Picture.
-        unit, limits, signed : of the colour bars.
+        unit, limits, signed : of the colour bars; images of numbers with a unit share one bar.
         columns : images in a row.
         title, alt : as in `show`.
         """
         images = dict(images) if isinstance(images, Mapping) else {"": images}
-        return images_picture(images, title, unit, limits, signed, columns, alt)
+        return images_picture(images, title, Scale(unit, limits, signed), columns, alt)
 
     def slider(
         self, function: Callable[[object], object], values: Sequence, *, label: str, alt: str = "", **how: object

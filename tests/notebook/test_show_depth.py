@@ -115,3 +115,10 @@ def test_signed_images_have_zero_in_the_middle():
 def test_what_is_no_image_is_refused(images, sentence):
     with pytest.raises(ValueError, match=re.escape(sentence)):
         show.images(images)
+
+
+def test_images_of_one_unit_share_one_colour_bar():
+    """With a bar each, four images in a row would be too small to read."""
+    images = {name: np.full((30, 40), float(k)) for k, name in enumerate("abcd", start=1)}
+    shared, own = show.images(images, columns=4, unit="m"), show.images(images, columns=4)
+    assert shared.pixels.shape[0] > 1.3 * own.pixels.shape[0]
