@@ -8,16 +8,13 @@ made again. Two processes that want the same dataset wait for each other, and th
 from __future__ import annotations
 
 import hashlib
-import io
 import json
 import os
 import shutil
 from collections.abc import Callable
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import cv2
 import numpy as np
 from filelock import FileLock, Timeout
 
@@ -25,14 +22,14 @@ from course_lib.notebook import _places
 from course_lib.notebook._atomic import atomic_folder
 from course_lib.notebook._catalog import Entry
 from course_lib.notebook._errors import DataDamaged, Refusal, cannot_write
-from course_lib.notebook._images import decode
+from course_lib.notebook._stored import MANIFEST, sha256, write
 
 if TYPE_CHECKING:
-    from course_lib.simulate.recipes import Recipe, RecipeOutput
+    from course_lib.simulate.recipes import Recipe
 
-FORMAT = 1
+FORMAT = 2
 """Raised when the layout below changes: older folders are then made again."""
-MANIFEST = "manifest.json"
+SIMULATE = Path(__file__).resolve().parents[1] / "simulate"
 SPACE_BYTES = 120_000_000
 """Free space asked for before a dataset is made; the largest takes about half."""
 
@@ -46,6 +43,11 @@ def fingerprint(entry: Entry, seed: int) -> str:
     """Hash what decides the content: the layout, the recipe, its version and the seed."""
     decisive = {"format": FORMAT, "recipe": entry.recipe, "version": entry.version, "seed": seed}
     return hashlib.sha256(json.dumps(decisive, sort_keys=True).encode()).hexdigest()
+
+
+def code() -> dict[str, str]:
+    """Hash the modules that recipes are made of: file name → sha256."""
+    return {path.name: sha256(path) for path in sorted(SIMULATE.glob("*.py"))}
 
 
 def recipe_of(entry: Entry) -> Recipe:
@@ -89,7 +91,8 @@ def proved(folder: Path, wanted: str) -> dict[str, Any]:
     Raises
     ------
     DataDamaged
-        If the manifest or a file is missing, or a hash differs; the message names the file.
+        If the manifest or a file is missing, or a hash differs; the message names the file. Also if the recipes' code
+        has changed since; where some of that code is not installed, that is not asked.
     """
     path = folder / MANIFEST
     try:
@@ -98,6 +101,10 @@ def proved(folder: Path, wanted: str) -> dict[str, Any]:
         files = manifest["files"]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise DataDamaged(f"{folder.name}/{MANIFEST} is missing or damaged") from error
+    made_by, now = manifest.get("made_by", {}), code()
+    changed = [name for name in made_by if now.get(name) != made_by[name]]
+    if changed and set(made_by) <= set(now):
+        raise DataDamaged(f"{folder.name} was made by older code ({changed[0]} has changed)")
     stamps = _stamps(folder, [MANIFEST, *files])
     if folder in _proved and _proved[folder] == (stamps, manifest):
         return manifest
@@ -111,12 +118,6 @@ def proved(folder: Path, wanted: str) -> dict[str, Any]:
             raise DataDamaged(f"{folder.name}/{name} is damaged (its sha256 differs)")
     _proved[folder] = (stamps, manifest)
     return manifest
-
-
-def sha256(path: Path) -> str:
-    """Hash a file's content."""
-    with open(path, "rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def find(entry: Entry, seed: int) -> tuple[Path, dict[str, Any]] | None:
@@ -158,9 +159,12 @@ def make(entry: Entry, seed: int | None = None) -> tuple[Path, dict[str, Any]]:
             return folder, proved(folder, fingerprint(entry, seed))  # another process made it while this one waited
         except DataDamaged:
             recipe = recipe_of(entry)
+        made_by = code()
         with atomic_folder(folder, SPACE_BYTES) as partial, _Bar(entry.name) as bar:
             output = recipe.make(seed, bar)
-            manifest = write(partial, output, entry, seed)
+            about = {"name": entry.name, "recipe": entry.recipe, "version": entry.version, "seed": seed}
+            about |= {"fingerprint": fingerprint(entry, seed), "made_by": made_by}
+            manifest = write(partial, output, about)
         return folder, manifest
 
 
@@ -204,99 +208,6 @@ class _Bar:
     def __exit__(self, *args: object) -> None:
         if self.bar is not None:
             self.bar.close()
-
-
-def write(folder: Path, output: RecipeOutput, entry: Entry, seed: int) -> dict[str, Any]:
-    """Store a recipe's output in an empty folder, and return its manifest.
-
-    Raises
-    ------
-    OSError
-        If the disk is full; the caller clears the folder away.
-    """
-    files: dict[str, dict[str, Any]] = {}
-
-    def store(name: str, content: bytes) -> str:
-        path = folder / name
-        path.parent.mkdir(exist_ok=True)
-        path.write_bytes(content)
-        files[name] = {"sha256": hashlib.sha256(content).hexdigest(), "size": len(content)}
-        return name
-
-    frames = [
-        {part: store(f"frames/{number:03d}_{part}{_suffix(array)}", _encode(array)) for part, array in frame.items()}
-        for number, frame in enumerate(output.frames)
-    ]
-    manifest = {
-        "name": entry.name,
-        "fingerprint": fingerprint(entry, seed),
-        "format": FORMAT,
-        "recipe": entry.recipe,
-        "version": entry.version,
-        "seed": seed,
-        "made_with": {package: version(package) for package in ("numpy", "opencv-python-headless")},
-        "encoding": output.encoding,
-        "camera": output.camera,
-        "meta": output.meta,
-        "frames": frames,
-        "poses": store("poses.npz", _pack({"poses": output.poses})),
-        "meshes": {
-            name: {"file": store(f"mesh_{name}.npz", _pack(parts)), "arrays": list(parts)}
-            for name, parts in output.meshes.items()
-        },
-        "clouds": {name: store(f"cloud_{name}.npz", _pack(parts)) for name, parts in output.clouds.items()},
-        "truth": {name: store(f"truth_{name}.npz", _pack({name: array})) for name, array in output.truth.items()},
-        "files": files,
-    }
-    (folder / MANIFEST).write_text(json.dumps(manifest, indent=1, default=_plain), encoding="utf-8")
-    return json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
-
-
-def _suffix(array: np.ndarray) -> str:
-    return ".png" if array.dtype in (np.uint8, np.uint16) and array.ndim in (2, 3) else ".npz"
-
-
-def _encode(array: np.ndarray) -> bytes:
-    if _suffix(array) == ".npz":
-        return _pack({"array": array}, np.savez)  # compressing true depth saves a fifth and takes seconds
-    image = array[..., ::-1] if array.ndim == 3 else array
-    done, content = cv2.imencode(".png", np.ascontiguousarray(image), [cv2.IMWRITE_PNG_COMPRESSION, 2])
-    if not done:
-        raise Refusal(f"An image of shape {array.shape} cannot be stored as PNG: mend the recipe.")
-    return content.tobytes()
-
-
-def _pack(arrays: dict[str, np.ndarray], save: Callable[..., None] = np.savez_compressed) -> bytes:
-    buffer = io.BytesIO()
-    save(buffer, **arrays)
-    return buffer.getvalue()
-
-
-def _plain(value: object) -> object:
-    """Turn NumPy numbers and arrays of a recipe's facts into JSON."""
-    if isinstance(value, (np.generic, np.ndarray)):
-        return value.tolist()
-    raise TypeError(f"{type(value).__name__} cannot be stored in a manifest")
-
-
-def read(path: Path) -> Any:
-    """Read one stored file: an image as RGB or as it is, or the arrays of an NPZ as a dict.
-
-    Raises
-    ------
-    DataDamaged
-        If it went away or changed after it was proved.
-    """
-    try:
-        content = path.read_bytes()
-        if path.suffix == ".png":
-            image = decode(content, path)
-            return np.ascontiguousarray(image[..., ::-1]) if image.ndim == 3 else image
-        with np.load(io.BytesIO(content), allow_pickle=False) as stored:
-            return dict(stored)
-    except (OSError, ValueError, KeyError) as error:
-        what = f"{path.parent.name}/{path.name} changed while it was in use"
-        raise DataDamaged(f"{what}: load the dataset again.") from error
 
 
 def clear(name: str) -> int:

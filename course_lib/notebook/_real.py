@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from course_lib.cameras import PinholeCamera, preset
-from course_lib.notebook import _cache, _places, _poses, files
+from course_lib.notebook import _places, _poses, _stored, files
 from course_lib.notebook._catalog import Entry, RemoteFile
 from course_lib.notebook._dataset import Dataset, Lazy, Parts
 from course_lib.notebook._errors import DataDamaged, DataMissing
@@ -37,7 +37,7 @@ def is_whole(path: Path, one: RemoteFile) -> bool:
         return False
     stamp = (stat.st_size, stat.st_mtime_ns, one.sha256)
     if _proved.get(path) != stamp:
-        if _cache.sha256(path) != one.sha256:
+        if _stored.sha256(path) != one.sha256:
             return False
         _proved[path] = stamp
     return True

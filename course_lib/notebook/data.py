@@ -21,7 +21,7 @@ import numpy as np
 
 from course_lib.cameras import PinholeCamera
 from course_lib.meshes import Mesh
-from course_lib.notebook import _cache, _catalog, _real
+from course_lib.notebook import _cache, _catalog, _real, _stored
 from course_lib.notebook._dataset import Dataset, Lazy, Parts
 from course_lib.notebook._errors import CannotWrite, DataDamaged, DataMissing, NotHere, Refusal
 from course_lib.notebook._folder import from_folder
@@ -133,7 +133,7 @@ def _synthetic(entry: _catalog.Entry, folder: Path, manifest: Mapping[str, Any])
     """Put a made dataset together from its folder; nothing but the poses is read yet."""
 
     def arrays(name: str) -> dict[str, np.ndarray]:
-        return _cache.read(folder / name)
+        return _stored.read(folder / name)
 
     def mesh(name: str) -> Mesh:
         stored = arrays(name)
@@ -148,7 +148,7 @@ def _synthetic(entry: _catalog.Entry, folder: Path, manifest: Mapping[str, Any])
     poses = arrays(manifest["poses"])["poses"]
 
     def part(name: str, index: int) -> np.ndarray:
-        values = _cache.read(folder / stored[index][name])
+        values = _stored.read(folder / stored[index][name])
         return values["array"] if isinstance(values, dict) else values
 
     def raw(index: int) -> tuple[np.ndarray, np.ndarray]:
@@ -186,7 +186,7 @@ def _synthetic(entry: _catalog.Entry, folder: Path, manifest: Mapping[str, Any])
     return Dataset(
         name=entry.name,
         kind="synthetic",
-        title=str(manifest["meta"].get("title", entry.title)),
+        title=entry.title,
         card=entry.card_path.read_text(encoding="utf-8") if entry.card_path.exists() else "",
         credit=entry.credit,
         licence=entry.licence,

@@ -212,8 +212,8 @@ def test_a_damaged_fetched_file_is_named(own_mirror, tmp_path, monkeypatch):
 
 def test_each_file_is_hashed_once_in_a_process(own_mirror, monkeypatch):
     hashed = []
-    sha256 = _real._cache.sha256
-    monkeypatch.setattr(_real._cache, "sha256", lambda path: hashed.append(path.name) or sha256(path))
+    sha256 = _real._stored.sha256
+    monkeypatch.setattr(_real._stored, "sha256", lambda path: hashed.append(path.name) or sha256(path))
     data.load("tum_pair")
     data.load("tum_pair")
     assert sorted(hashed) == ["TUM_color.png", "TUM_depth.png"]
