@@ -137,6 +137,10 @@ def _changed_tasks(text: str, before: dict[str, str]) -> list[str]:
     return found
 
 
+def _key(one: Material) -> str:
+    return f"{FOLDERS[one.kind]}/{one.copy.name}"
+
+
 class _Record:
     """my_work/.jupyter/copies.json: for each copy, its original's digest, its cells, and what has been said."""
 
@@ -146,6 +150,11 @@ class _Record:
             self.copies: dict[str, dict[str, Any]] = dict(json.loads(self.path.read_text(encoding="utf-8"))["copies"])
         except (OSError, ValueError, KeyError, TypeError):  # none yet, or damaged: every copy counts as the learner's
             self.copies = {}
+
+    def note(self, one: Material, text: str) -> None:
+        """A copy was made of the original as it is now."""
+        original = _digest(one.original.read_text(encoding="utf-8"))
+        self.copies[_key(one)] = {"original": original, "cells": _cells(text)}
 
     def save(self) -> None:
         _write(self.path, json.dumps({"copies": self.copies}, indent=1, sort_keys=True) + "\n")
@@ -168,9 +177,8 @@ def update(tree: Tree) -> list[str]:
     """
     record, said, copied = _Record(tree), [], []
     for one in materials(tree):
-        key = one.copy.relative_to(work_folder(tree)).as_posix()
         original = _digest(one.original.read_text(encoding="utf-8"))
-        known = record.copies.get(key)
+        known = record.copies.get(_key(one))
         if one.copy.exists():
             if known is None or original in (known["original"], known.get("told")):
                 continue
@@ -185,7 +193,7 @@ def update(tree: Tree) -> list[str]:
             copied.append(one)
         text = copy_text(one.original)
         _write(one.copy, text)
-        record.copies[key] = {"original": original, "cells": _cells(text)}
+        record.note(one, text)
     if copied:
         said.insert(0, f"Copied to my_work/ for you to work in: {', '.join(one.said for one in copied)}.")
     if said:
@@ -221,6 +229,10 @@ def fresh_copy(tree: Tree, one: Material) -> Path:
         except BaseException:
             path.unlink(missing_ok=True)
             raise
+        if path == one.copy:
+            record = _Record(tree)
+            record.note(one, text)
+            record.save()
         return path
 
 

@@ -153,7 +153,11 @@ def test_fresh_copies_stand_beside_and_overwrite_nothing(tree):
 
 
 def test_a_first_fresh_copy_takes_the_plain_name(tree):
-    assert my_work.fresh_copy(tree, my_work.find(tree, "lab", "0")).name == "00_start_here.ipynb"
+    mine = my_work.fresh_copy(tree, my_work.find(tree, "lab", "0"))
+    assert mine.name == "00_start_here.ipynb"
+    mine.write_text(mine.read_text("utf-8").replace("def f(): ...", "def f(): return 1"), "utf-8")
+    (tree.exercises_folder / mine.name).write_text(lab("00", "new = 1"), "utf-8")
+    assert any("Lab 00 has changed" in sentence for sentence in my_work.update(tree))  # it counts as a copy
 
 
 def test_a_fresh_copy_on_a_full_disk_leaves_nothing_half_written(tree, monkeypatch):
