@@ -28,7 +28,7 @@ def images_without_alt(markdown: str) -> list[str]:
     """The images of a text that say nothing to someone who cannot see them."""
     text = _without_code(markdown)
     silent = [m["to"] for m in _LINK.finditer(text) if m["image"] and not m["text"].strip()]
-    silent += [tag[:60] for tag in _IMG.findall(text) if not re.search(r"\balt\s*=\s*([\"'])\s*\S", tag)]
+    silent += [tag[:60] for tag in _IMG.findall(text) if not re.search(r"\balt\s*=\s*([\"'])\s*(?!\1)\S", tag)]
     return silent
 
 
