@@ -11,27 +11,14 @@ with the call that returns the same points in the same order.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import NamedTuple
-
 import numpy as np
 import open3d as o3d
 
 from course_lib import cameras
+from course_lib.classroom.bench import Case
 
 HOLES = 0.08  # share of pixels without depth
 SEED = 3
-
-
-class Case(NamedTuple):
-    """One row of the benchmark table: ours must take at most `bound` times the time of theirs."""
-
-    name: str
-    bound: float
-    ours: Callable[[], object]
-    theirs: Callable[[], object]
-    note: str
-    agree: Callable[[], None]
 
 
 def depth_image(camera: cameras.PinholeCamera, seed: int = SEED) -> np.ndarray:
