@@ -11,7 +11,6 @@ import hashlib
 import json
 import os
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +19,7 @@ from filelock import FileLock, Timeout
 
 from course_lib.notebook import _places
 from course_lib.notebook._atomic import atomic_folder
+from course_lib.notebook._bar import Bar
 from course_lib.notebook._catalog import Entry
 from course_lib.notebook._errors import DataDamaged, Refusal, cannot_write
 from course_lib.notebook._stored import MANIFEST, sha256, write
@@ -160,8 +160,8 @@ def make(entry: Entry, seed: int | None = None) -> tuple[Path, dict[str, Any]]:
         except DataDamaged:
             recipe = recipe_of(entry)
         made_by = code()
-        with atomic_folder(folder, SPACE_BYTES) as partial, _Bar(entry.name) as bar:
-            output = recipe.make(seed, bar)
+        with atomic_folder(folder, SPACE_BYTES) as partial, Bar(f"making {entry.name} (first use only)") as step:
+            output = recipe.make(seed, step)
             about = {"name": entry.name, "recipe": entry.recipe, "version": entry.version, "seed": seed}
             about |= {"fingerprint": fingerprint(entry, seed), "made_by": made_by}
             manifest = write(partial, output, about)
@@ -185,29 +185,6 @@ class _locked:
 
     def __exit__(self, *args: object) -> None:
         self.lock.release()
-
-
-class _Bar:
-    """A progress bar that goes away when done, and is there only while a person watches."""
-
-    def __init__(self, name: str):
-        self.name, self.bar = name, None
-
-    def __enter__(self) -> Callable[[int, int], None]:
-        return self.step
-
-    def step(self, done: int, total: int) -> None:
-        """Show that `done` of `total` steps are behind."""
-        if self.bar is None and _places.live():
-            from tqdm.auto import tqdm
-
-            self.bar = tqdm(total=total, desc=f"making {self.name} (first use only)", leave=False)
-        if self.bar is not None:
-            self.bar.update(done - self.bar.n)
-
-    def __exit__(self, *args: object) -> None:
-        if self.bar is not None:
-            self.bar.close()
 
 
 def clear(name: str) -> int:

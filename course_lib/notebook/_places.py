@@ -21,11 +21,15 @@ def quiet() -> bool:
     return os.environ.get("COURSE_QUIET", "0") not in ("", "0")
 
 
+def in_kernel() -> bool:
+    """Does this process serve a notebook?"""
+    ipython = sys.modules.get("IPython")
+    return "ipykernel" in sys.modules and ipython is not None and ipython.get_ipython() is not None
+
+
 def live() -> bool:
     """Is a person watching, in a terminal or a notebook, so that a progress bar helps?"""
-    ipython = sys.modules.get("IPython")
-    in_kernel = "ipykernel" in sys.modules and ipython is not None and ipython.get_ipython() is not None
-    return not quiet() and (in_kernel or bool(sys.stderr and sys.stderr.isatty()))
+    return not quiet() and (in_kernel() or bool(sys.stderr and sys.stderr.isatty()))
 
 
 @functools.cache

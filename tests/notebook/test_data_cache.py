@@ -158,6 +158,24 @@ def test_the_bar_goes_away(cache, capsys, monkeypatch):
     assert shown.rsplit("\r", 1)[-1].strip() == ""
 
 
+def test_the_bar_of_a_notebook_goes_away(cache, monkeypatch):
+    shown = []
+
+    class Handle:
+        update = staticmethod(shown.append)
+
+    def display(line, display_id):
+        shown.append(line)
+        return Handle()
+
+    monkeypatch.setattr(_places, "live", lambda: True)
+    monkeypatch.setattr(_places, "in_kernel", lambda: True)
+    monkeypatch.setattr("IPython.display.display", display)
+    load()
+    assert repr(shown[0]).startswith("making tiny_room (first use only): 100%")
+    assert (repr(shown[-1]), shown[-1]._repr_html_()) == ("", "")
+
+
 def test_there_is_no_bar_where_nobody_watches(cache, capsys):
     load()
     assert capsys.readouterr() == ("", "")
