@@ -54,8 +54,8 @@ def from_folder(
     Parameters
     ----------
     path : the folder, or the .bag file.
-    camera : intrinsics of the depth images: a PinholeCamera, a preset's name, or a JSON file; None to look for a
-        `camera*.json` or `*intrinsic*.json` in the folder. (A .bag knows its own.)
+    camera : intrinsics of the depth images: a PinholeCamera, a preset's name, or a JSON file (in the folder, or
+        anywhere); None to look for a `camera*.json` or `*intrinsic*.json` in the folder. (A .bag knows its own.)
     encoding : how depth is stored: a name ("tum", "realsense", ...) or a DepthEncoding; None for "tum" where the folder
         looks like TUM's, else "realsense" (millimetres).
     registered : whether depth was aligned to colour when it was recorded.
@@ -232,7 +232,8 @@ def _find_camera(path: Path, camera: PinholeCamera | str | Path | None, depth: n
             )
         camera = _poses.read_camera(found)
     elif isinstance(camera, Path) or (isinstance(camera, str) and camera.endswith(".json")):
-        camera = _poses.read_camera(files.there(camera, (".json",), "a camera file"))
+        inside = path / camera
+        camera = _poses.read_camera(files.there(inside if inside.exists() else camera, (".json",), "a camera file"))
     elif isinstance(camera, str):
         camera = preset(camera)
     if (camera.height, camera.width) != depth.shape:

@@ -69,6 +69,9 @@ def test_a_camera_that_is_passed(tmp_path):
     assert data.from_folder(folder, camera=PinholeCamera(**CAMERA)).camera.source == "given by you"
     (tmp_path / "elsewhere.json").write_text(json.dumps(CAMERA))
     assert data.from_folder(folder, camera=str(tmp_path / "elsewhere.json")).camera.fy == 10
+    assert data.from_folder(folder, camera="elsewhere.json").camera.fy == 10
+    with pytest.raises(Refusal, match="There is no file elswhere.json"):
+        data.from_folder(folder, camera="elswhere.json")
     with pytest.raises(Refusal, match="holds no intrinsics: put camera.json .* or pass camera=, such as a preset's"):
         data.from_folder(folder)
     with pytest.raises(Refusal, match="The intrinsics are for 640x480 and the depth images are 8x6: pass those of 8x6"):
