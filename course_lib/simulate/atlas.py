@@ -60,7 +60,7 @@ class Atlas:
 
     def _at(self, entry: np.ndarray, uv: np.ndarray) -> np.ndarray:
         columns = 1024  # cv2.remap wants its answer in the form of a picture
-        rows = -(-len(entry) // columns)
+        rows = max(1, -(-len(entry) // columns))
         spot = np.zeros((rows * columns, 2), np.float32)
         place = self._place[entry]
         size, inside = place[:, 2:], spot[: len(entry)]

@@ -28,7 +28,7 @@ class Hits:
     Attributes
     ----------
     t : (N,) float32, how often the ray's direction fits into the way; inf for nothing.
-    triangle : (N,) int64, index into ``scene.triangles``; -1 for nothing.
+    triangle : (N,) int32, index into ``scene.triangles``; -1 for nothing.
     bary : (N, 2) float32, weights of the triangle's second and third corner.
     facing : (N,) float32, size of the cosine between ray and normal.
     normal : (N, 3) float32, the triangle's unit normal, world coordinates.
@@ -47,7 +47,7 @@ def cast(scene: Scene, origin: np.ndarray, directions: np.ndarray) -> Hits:
     rays[:, :3], rays[:, 3:] = origin, directions
     found = scene.caster.cast_rays(o3d.core.Tensor(rays))
     t, normal = found["t_hit"].numpy(), found["primitive_normals"].numpy()
-    triangle = np.where(np.isfinite(t), found["primitive_ids"].numpy().astype(np.int64), -1)
+    triangle = np.where(np.isfinite(t), found["primitive_ids"].numpy().astype(np.int32), np.int32(-1))
     way = rays[:, 3:]
     facing = np.abs(np.einsum("ij,ij->i", normal, way)) / np.sqrt(np.einsum("ij,ij->i", way, way))
     return Hits(t, triangle, found["primitive_uvs"].numpy(), facing, normal)
@@ -61,7 +61,9 @@ def colors_of(scene: Scene, hits: Hits, spread: np.ndarray | float) -> np.ndarra
     spread : (N,) metres on a facing surface that one pixel covers; decides how much a picture is blurred.
     """
     out = np.zeros((len(hits.t), 3), np.float32)
-    seen = np.flatnonzero(hits.triangle >= 0)
+    seen = hits.triangle >= 0
+    if seen.all():
+        seen = slice(None)  # spares copies
     triangle, bary = hits.triangle[seen], hits.bary[seen]
     surface = scene.triangle_surface[triangle]
     way = scene.picture_map[triangle]
@@ -83,8 +85,9 @@ def render_labelled(
 ) -> tuple[RGBDFrame, np.ndarray]:
     """As `render`, with the label of what each pixel sees: (H, W) uint8, an index into ``scene.label_names``."""
     T = check_rigid(T_world_camera)
-    rays = pixel_rays(camera).reshape(-1, 3)
-    hits = cast(scene, T[:3, 3], rotate(T, rays))
+    rays = pixel_rays(camera).reshape(-1, 3).astype(np.float32)
+    turn = T.astype(np.float32)
+    hits = cast(scene, T[:3, 3], rotate(turn, rays))
     seen = hits.triangle >= 0
     if not seen.any():
         raise ValueError("The camera sees nothing of the scene: every ray misses; move it or turn it around.")
@@ -97,8 +100,8 @@ def render_labelled(
     edge = np.flatnonzero(_edges(surface.reshape(size), depth.reshape(size), hits.normal.reshape(*size, 3)))
     mixed = np.zeros((len(edge), 3), np.float32)
     for du, dv in _CORNERS:
-        shifted = rays[edge] + (du / camera.fx, dv / camera.fy, 0)
-        some = cast(scene, T[:3, 3], rotate(T, shifted))
+        shifted = rays[edge] + np.array([du / camera.fx, dv / camera.fy, 0], np.float32)
+        some = cast(scene, T[:3, 3], rotate(turn, shifted))
         mixed += colors_of(scene, some, np.where(np.isfinite(some.t), some.t, 0) * pixel) / len(_CORNERS)
     colors[edge] = mixed
     color = np.rint(colors).astype(np.uint8).reshape(*size, 3)

@@ -1,13 +1,13 @@
 """What a RealSense D455 makes of a true depth image.
 
-The D455 compares two infrared images, so its errors live in disparity, d = f B / z, not in depth. An error of σ_d pixels of
-disparity is one of z² σ_d / (f B) in depth: four times as large at twice the distance. At the edges of things one imager
+The D455 compares two infrared images, so its errors live in disparity, d = f B / z, not in depth. An error of σ_d
+pixels is one of z² σ_d / (f B) in depth: four times as large at twice the distance. At the edges of things one imager
 sees what the other does not: holes beside near things, and pixels that fly between two depths.
 
 References
 ----------
 Intel RealSense Product Family D400 Series, data sheet 337029; Keselman et al., "Intel RealSense stereoscopic depth
-cameras", CVPR workshops 2017; Grunnet-Jepsen et al., "Best-known-methods for tuning Intel RealSense D400 depth cameras".
+cameras", CVPR workshops 2017; Grunnet-Jepsen et al., "Best-known-methods for tuning Intel RealSense D400".
 """
 
 from __future__ import annotations
@@ -27,8 +27,17 @@ STEP = 1 / 32  # pixels: the finest disparity that the chip tells apart
 NEAR, FAR = 0.4, 6.0  # metres: the range that the D455 is sold for
 EDGE = 1.0  # pixels of disparity between neighbours that make an edge
 
-MEASURED, HOLE, FLYING = 0, 1, 2
-ARTEFACTS = ("measured or out of range", "hole beside an edge", "flying pixel")
+MEASURED, FLYING, HIDDEN, EDGE_HOLE, OUTSIDE, OUT_OF_RANGE, UNMATCHED, NOTHING = range(8)
+ARTEFACTS = (  # what can happen to a pixel; only the first two give a depth
+    "measured",
+    "flying between two depths",
+    "hidden from the second imager",
+    "hole at an edge",
+    "outside the second image",
+    "too near or too far",
+    "nothing to match",
+    "nothing there",
+)
 
 
 @dataclass(frozen=True)
@@ -79,8 +88,7 @@ def measure(
 
     Returns
     -------
-    Measurement; besides `HOLE` and `FLYING` it has no data outside 0.4–6 m, nearer than f B / 126, and in a band at the
-    left whose points lie outside the second image.
+    Measurement. A depth is there where ``artefacts`` is `MEASURED` or `FLYING`.
 
     Raises
     ------
@@ -106,7 +114,6 @@ def measure(
     edge = there & (high - low > EDGE)
     fate, share = rng.random(depth.shape, np.float32), rng.random(depth.shape, np.float32)
     flying = edge & ~hidden & (fate < 0.30)
-    hole = hidden | (edge & (fate > 0.72))
 
     noise = cv2.GaussianBlur(rng.standard_normal(depth.shape, np.float32), (5, 5), 0.7)
     noise *= SIGMA / _blur_gain()
@@ -116,13 +123,15 @@ def measure(
 
     z = np.where(disparity > 0, focal_baseline / np.maximum(disparity, STEP), 0)
     columns = np.arange(camera.width, dtype=np.float32)
-    seen = there & ~hole & (columns - true >= 0) & (z >= max(NEAR, min_depth(camera, baseline))) & (z <= FAR)
+    artefacts = np.where(flying, np.uint8(FLYING), np.uint8(MEASURED))
+    artefacts[edge & (fate > 0.72)] = EDGE_HOLE
+    artefacts[hidden] = HIDDEN
+    artefacts[columns < true] = OUTSIDE
+    artefacts[(z < max(NEAR, min_depth(camera, baseline))) | (z > FAR)] = OUT_OF_RANGE
     if unmeasurable is not None:
-        seen &= ~np.asarray(unmeasurable, bool)
-    artefacts = np.zeros(depth.shape, np.uint8)
-    artefacts[hole & there] = HOLE
-    artefacts[flying & seen] = FLYING
-    millimetres = np.rint(np.where(seen, z, 0) * 1000.0)
+        artefacts[np.asarray(unmeasurable, bool)] = UNMATCHED
+    artefacts[~there] = NOTHING
+    millimetres = np.rint(np.where(artefacts <= FLYING, z, 0) * 1000.0)
     return Measurement((millimetres / 1000.0).astype(np.float32), artefacts)
 
 
@@ -141,7 +150,7 @@ def add_noise(
 def _hidden_from_right(disparity: np.ndarray, there: np.ndarray) -> np.ndarray:
     """Points of the left image that something nearer hides from the right one: a strip left of each near thing.
 
-    A point in column u appears in the right image at u - d. Whatever lies further right in the left image but not in the
+    A point in column u appears in the right image at u - d. What lies further right in the left image but not in the
     right one stands in front of it.
     """
     columns = np.arange(disparity.shape[1], dtype=np.float32)

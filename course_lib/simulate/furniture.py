@@ -19,10 +19,11 @@ Painter = Callable[[Rng, tuple[int, int]], np.ndarray]
 Point = Sequence[float]
 
 OAK, WALNUT, PINE = (186, 140, 94), (112, 74, 50), (206, 168, 118)
-TITLES = (
-    "MANY-VIEWS RIGID-MOTION VOXELS ODOMETRY LEAST-SQUARES STEREO POISSON NORMALS OUTLIERS QUATERNIONS RANSAC LASERS "
-    "BUNDLES SURFACES NOISE CALIBRATION DEPTH ROBOTS MAPS KALMAN TWISTS EPIPOLES"
-).split()
+TITLES = tuple(
+    title.replace("-", " ")
+    for title in "MANY-VIEWS RIGID-MOTION VOXELS ODOMETRY LEAST-SQUARES STEREO POISSON NORMALS OUTLIERS QUATERNIONS RANSAC LASERS "
+    "BUNDLES SURFACES NOISE CALIBRATION DEPTH ROBOTS MAPS KALMAN TWISTS EPIPOLES".split()
+)
 
 
 def placed(at: Point, yaw: float = 0.0) -> np.ndarray:
@@ -30,6 +31,11 @@ def placed(at: Point, yaw: float = 0.0) -> np.ndarray:
     T = rotation_z(np.radians(yaw))
     T[:3, 3] = at
     return T
+
+
+def one_colour(colour: Colour) -> Painter:
+    """A painter for small or hidden faces."""
+    return lambda rng, shape: np.full((2, 2, 3), np.clip(colour, 0, 255), np.uint8)
 
 
 def painted(colour: Colour, grain: float = 0.02) -> Painter:
@@ -65,7 +71,8 @@ def block(
     paint = paint or painted((200, 200, 200))
     out = []
     for face, patch in shapes.box(size).items():
-        width, height = (np.linalg.norm(patch.points[a] - patch.points[0, 0]) for a in ((0, -1), (-1, 0)))
+        width = size[1] if face in ("left", "right") else size[0]
+        height = size[1] if face in ("top", "bottom") else size[2]
         picture = (faces or {}).get(face)
         if picture is None:
             picture = paint(rng, textures.shape_of(width, height, texel))
@@ -111,19 +118,19 @@ def chair(rng: Rng, at: Point, yaw: float = 0.0, colour: Colour = (58, 92, 104))
 
 def book(rng: Rng, size: Point, at: Point, *, T: np.ndarray | None = None, title: str, colour: Colour) -> list[Surface]:
     """An upright book: ``size`` is thickness, depth and height; its back faces -y."""
-    texel, name = 0.0012, "books"
-    back = pictures.spine(rng, *textures.shape_of(size[0], size[2], texel), title, colour)
+    back = pictures.spine(rng, *textures.shape_of(size[0], size[2], 0.0012), title, colour)
     pages = textures.tint((236, 228, 206), 0.05 * rng.standard_normal((8, 40)).astype(np.float32))
     faces = {"front": back, "top": pages, "bottom": pages, "back": pages}
-    return block(rng, name, size, at, paint=painted(colour), faces=faces, texel=0.01, T=T, detail=0.3)
+    return block(rng, "books", size, at, paint=one_colour(colour), faces=faces, T=T, detail=0.25)
 
 
 def lying_books(rng: Rng, at: Point, yaw: float, count: int = 3) -> list[Surface]:
     """A pile of books, each turned a little, backs to the front."""
     out, height = [], at[2]
+    titles = rng.permutation(len(TITLES))
     for k in range(count):
         thick, deep, long = rng.uniform(0.025, 0.045), 0.21 - 0.015 * k, 0.30 - 0.025 * k
-        colour, title = pictures.INKS[(k + 1) % len(pictures.INKS)], TITLES[int(rng.integers(len(TITLES)))]
+        colour, title = pictures.INKS[(k + 1) % len(pictures.INKS)], TITLES[titles[k]]
         back = np.rot90(pictures.spine(rng, *textures.shape_of(thick, long, 0.001), title, colour))
         pages = textures.tint((236, 228, 206), 0.05 * rng.standard_normal((30, 8)).astype(np.float32))
         cover = pictures.printed_box(210, 300, (title, "a first course"), colour, (246, 238, 214))

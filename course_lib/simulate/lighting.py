@@ -98,7 +98,7 @@ def _open_view(
     caster: o3d.t.geometry.RaycastingScene, start: np.ndarray, normals: np.ndarray, reach: float
 ) -> np.ndarray:
     """How open the view around each normal is: 1 with nothing within reach, less for things, near ones the most."""
-    around = _spiral(24) * 0.97  # added to the unit normal, these are spread by the cosine
+    around = _spiral(20) * 0.97  # added to the unit normal, these are spread by the cosine
     free = np.zeros(len(start))
     rays = np.empty((len(start), 6), np.float32)
     rays[:, :3] = start

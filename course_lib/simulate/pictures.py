@@ -214,7 +214,7 @@ def notebook_page(rng: np.random.Generator, h: int, w: int) -> np.ndarray:
         cv2.line(picture, (k * h // 28, 0), (k * h // 28, h), (206, 220, 232), 1)
     blue, font = (36, 52, 128), cv2.FONT_HERSHEY_SCRIPT_SIMPLEX
     for k, text in enumerate(("z = f B / d", "u = f x / z + c", "p' = R p + t", "depth is z,", "not range!")):
-        write(picture, text, (0.42 * w, (0.10 + 0.085 * k) * h), 0.036 * h, blue, font=font, fit=0.7 * w)
+        write(picture, text, (0.45 * w, (0.09 + 0.1 * k) * h), 0.06 * h, blue, font=font, fit=0.8 * w)
     tip, left, right = (int(0.22 * w), int(0.76 * h)), (int(0.80 * w), int(0.62 * h)), (int(0.80 * w), int(0.90 * h))
     for a, b in ((tip, left), (tip, right), (left, right)):
         cv2.line(picture, a, b, blue, max(1, w // 180), cv2.LINE_AA)

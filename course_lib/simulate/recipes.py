@@ -25,9 +25,16 @@ field           content
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 
 import numpy as np
+
+from course_lib.cameras import PinholeCamera, preset
+from course_lib.simulate import d455, furniture, shapes
+from course_lib.simulate.camera import render_labelled
+from course_lib.simulate.scenes import TABLE, Scene, check_seed, desk, living_room
+from course_lib.simulate.trajectories import handheld, path_length
+from course_lib.transforms import compose, invert
 
 Progress = Callable[[int, int], None]
 
@@ -78,22 +85,105 @@ class Recipe:
         ValueError
             If the seed is not a non-negative integer.
         """
-        seed = self.seed if seed is None else seed
-        if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
-            raise ValueError(f"The seed of recipe {self.name!r} must be a non-negative integer, not {seed!r}.")
-        return self.maker(int(seed), progress or (lambda done, total: None))
+        seed = check_seed(self.seed if seed is None else seed)
+        return self.maker(seed, progress or (lambda done, total: None))
 
 
 def _bunny_like(seed: int, progress: Progress) -> RecipeOutput:
-    raise NotImplementedError
+    progress(0, 1)
+    solid = shapes.organic_shape(seed=seed)
+    arrays = {
+        "colors": furniture.animal_colors(solid, seed),
+        "normals": solid.normals.astype(np.float32),
+        "labels": (solid.part + 1).astype(np.uint8),
+    }
+    points = solid.vertices.astype(np.float32)
+    progress(1, 1)
+    return RecipeOutput(
+        meshes={"surface": {"vertices": points, "triangles": solid.triangles, **arrays}},
+        clouds={"cloud": {"points": points, **arrays}},
+        meta={"title": "An animal of clay", "label_names": ["nothing", *shapes.PARTS], "up": "z", "units": "metres"},
+    )
+
+
+def _shoot(
+    seed: int, scene: Scene, camera: PinholeCamera, poses: list[np.ndarray], progress: Progress, done: int
+) -> list[dict[str, np.ndarray]]:
+    """Take D455-like frames; each frame has its own noise, which depends on the seed and its number only."""
+    unseen = [scene.label(name) for name in scene.unmeasurable]
+    frames = []
+    for number, T_world_camera in enumerate(poses):
+        frame, labels = render_labelled(scene, camera, T_world_camera)
+        rng = np.random.default_rng([seed, 455, number])
+        measured = d455.measure(frame.depth, camera, rng, unmeasurable=np.isin(labels, unseen))
+        frames.append(
+            {
+                "color": d455.color_noise(frame.color, rng),
+                "depth_raw": measured.raw(),
+                "depth_truth": frame.depth,
+                "labels": labels,
+                "artefacts": measured.artefacts,
+            }
+        )
+        progress(done + number + 1, done + len(poses))
+    return frames
+
+
+def _shots(
+    seed: int, scene: Scene, camera: PinholeCamera, poses: list[np.ndarray], progress: Progress, title: str, **truth
+) -> RecipeOutput:
+    """The output of a recipe that takes pictures of a scene; preparing its light counts as a sixth of the work."""
+    prepared = max(1, len(poses) // 5)
+    progress(0, prepared + len(poses))
+    mesh, labels = scene.labelled_mesh()
+    progress(prepared, prepared + len(poses))
+    frames = _shoot(seed, scene, camera, poses, progress, prepared)
+    surface = {
+        "vertices": mesh.vertices.astype(np.float32),
+        "triangles": mesh.triangles,
+        "colors": mesh.colors,
+        "normals": mesh.normals.astype(np.float32),
+        "labels": labels,
+    }
+    return RecipeOutput(
+        frames=frames,
+        encoding="realsense",
+        camera=asdict(camera),
+        poses=np.array(poses),
+        meshes={"surface": surface},
+        truth=truth,
+        meta={
+            "title": title,
+            "label_names": list(scene.label_names),
+            "artefact_names": list(d455.ARTEFACTS),
+            "unmeasurable": list(scene.unmeasurable),
+            "baseline_metres": d455.BASELINE,
+            "disparity_sigma_pixels": d455.SIGMA,
+            "path_metres": round(path_length(poses), 6),
+            "up": "z",
+            "units": "metres",
+        },
+    )
+
+
+def living_room_path(seed: int) -> list[np.ndarray]:
+    """The 30 poses T_world_camera of living_room: from right to left around the table, 1.5 m from its middle."""
+    rng = np.random.default_rng([seed, 30])
+    aim = (TABLE[0], TABLE[1] + 0.10, TABLE[2] + 0.11)
+    return handheld(30, rng, start=(0.59, -1.06, 1.42), target=aim, length=1.2, sweep=-0.86)
 
 
 def _living_room(seed: int, progress: Progress) -> RecipeOutput:
-    raise NotImplementedError
+    scene, camera = living_room(seed), preset("d455_depth_640x480")
+    poses = living_room_path(seed)
+    return _shots(seed, scene, camera, poses, progress, "A living room", table_centre=np.array(TABLE))
 
 
 def _desk_pair(seed: int, progress: Progress) -> RecipeOutput:
-    raise NotImplementedError
+    scene, camera = desk(seed), preset("d455_depth_848x480")
+    poses = [scene.views["first"], scene.views["second"]]
+    T_first_second = compose(invert(poses[0]), poses[1])
+    return _shots(seed, scene, camera, poses, progress, "Two views of a desk", T_first_second=T_first_second)
 
 
 RECIPES: dict[str, Recipe] = {

@@ -191,11 +191,6 @@ class Scene:
             out.append(lit)
         return np.concatenate(out)
 
-    @cached_property
-    def vertex_labels(self) -> np.ndarray:
-        """(V,) uint8."""
-        return np.repeat(self.surface_label, [len(vertices) for vertices, _, _ in self._pieces])
-
     def mesh(self, *names: str) -> Mesh:
         """The true surface as one mesh, in world coordinates, with colours and normals; of the named objects or of all.
 
@@ -204,13 +199,18 @@ class Scene:
         ValueError
             If there is no object of such a name.
         """
+        return self.labelled_mesh(*names)[0]
+
+    def labelled_mesh(self, *names: str) -> tuple[Mesh, np.ndarray]:
+        """As `mesh`, with the label of each vertex, (V,) uint8."""
         wanted = [self.label(name) for name in names]
         triangles = self.triangles
         if names:
             triangles = triangles[np.isin(self.surface_label[self.triangle_surface], wanted)]
         used, triangles = np.unique(triangles, return_inverse=True)
         vertices, normals = (np.concatenate([p[k] for p in self._pieces])[used] for k in (0, 1))
-        return Mesh(vertices, triangles.reshape(-1, 3).astype(np.int32), self.vertex_colors[used], normals)
+        labels = np.repeat(self.surface_label, [len(piece[0]) for piece in self._pieces])[used]
+        return Mesh(vertices, triangles.reshape(-1, 3).astype(np.int32), self.vertex_colors[used], normals), labels
 
 
 def _caster(vertices: np.ndarray, triangles: np.ndarray) -> o3d.t.geometry.RaycastingScene:
@@ -228,7 +228,7 @@ def _light_points(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
         return surface.shape.vertices, surface.shape.normals
     p, n = surface.shape.points, surface.shape.normals
     sides = [np.linalg.norm(np.diff(p, axis=axis), axis=-1).sum(axis=axis).max() for axis in (0, 1)]
-    step = np.clip(np.sqrt(sides[0] * sides[1]) / 14, _FINE, _COARSE) / surface.detail
+    step = np.clip(max(np.sqrt(sides[0] * sides[1]) / 14, max(sides) / 30) / surface.detail, _FINE, _COARSE)
     rows, columns = (int(np.clip(np.ceil(side / step), 2, 160)) for side in sides)
     at = [(np.arange(count) + 0.5) / count * (size - 1) for count, size in ((rows, p.shape[0]), (columns, p.shape[1]))]
     i, j = (np.minimum(a.astype(int), size - 2) for a, size in zip(at, p.shape[:2], strict=True))

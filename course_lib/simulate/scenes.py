@@ -37,7 +37,7 @@ def living_room(seed: int = 0) -> Scene:
 
     Returns
     -------
-    Scene with the views "overview", "table" (1.5 m from the middle of the table), "blank_wall" (plain paint only:
+    Scene with the views "overview", "window", "table" (1.5 m from the middle of the table), "blank_wall" (plain paint:
     registration slides), "too_near" (a chair too near for a D455) and "slats" (thin things before a far wall).
     """
     rng = np.random.default_rng([check_seed(seed), 101])
@@ -68,8 +68,9 @@ def living_room(seed: int = 0) -> Scene:
     ]
     views = {
         "overview": look_at((-2.2, -2.0, 2.35), (0.4, 0.9, 0.55)),
+        "window": look_at((2.2, -1.6, 2.1), (-0.7, 0.5, 0.75)),
         "table": look_at((0.15, -1.17, 1.42), (TABLE[0], TABLE[1] + 0.1, 0.86)),
-        "blank_wall": look_at((1.2, -1.5, 1.4), (2.6, -1.5, 1.4)),
+        "blank_wall": look_at((1.55, -0.75, 1.3), (2.6, -0.75, 1.3)),
         "too_near": look_at((-0.55, -0.98, 0.95), (-0.5, 0.4, 0.7)),
         "slats": look_at((-0.72, -1.45, 0.85), (-0.3, 0.9, 0.75)),
     }
@@ -192,10 +193,13 @@ def desk(seed: int = 0) -> Scene:
     rng = np.random.default_rng([check_seed(seed), 102])
     top = 0.74
     surfaces = furniture.table(rng, (0, 0, 0), (1.6, 0.8, top), furniture.PINE)
-    wall = textures.plaster(rng, textures.shape_of(4.0, 2.4, 0.004), (196, 206, 212), 0.016)
-    floor = textures.boards(rng, textures.shape_of(4.0, 3.0, 0.004), 0.004, (150, 108, 76))
-    surfaces.append(Surface("wall", shapes.rectangle((-2, 0.55, 2.4), (4, 0, 0), (0, 0, -2.4)), wall))
-    surfaces.append(Surface("floor", shapes.rectangle((-2, 0.55, 0), (4, 0, 0), (0, -3, 0)), floor))
+    wall = textures.plaster(rng, textures.shape_of(4.4, 2.4, 0.004), (196, 206, 212), 0.016)
+    side = textures.plaster(rng, textures.shape_of(3.4, 2.4, 0.006), (214, 208, 196), 0.016)
+    floor = textures.boards(rng, textures.shape_of(4.4, 3.4, 0.004), 0.004, (150, 108, 76))
+    surfaces.append(Surface("wall", shapes.rectangle((-2.2, 0.55, 2.4), (4.4, 0, 0), (0, 0, -2.4)), wall))
+    surfaces.append(Surface("wall", shapes.rectangle((-2.2, -2.85, 2.4), (0, 3.4, 0), (0, 0, -2.4)), side))
+    surfaces.append(Surface("wall", shapes.rectangle((2.2, 0.55, 2.4), (0, -3.4, 0), (0, 0, -2.4)), side))
+    surfaces.append(Surface("floor", shapes.rectangle((-2.2, 0.55, 0), (4.4, 0, 0), (0, -3.4, 0)), floor))
     surfaces += furniture.hanging(rng, textures.framed(pictures.poster_icp(rng)), (-0.30, 0.55, 1.17), 0.62)
     surfaces += furniture.hanging(rng, textures.framed(pictures.poster_mountains(rng)), (0.34, 0.55, 1.2), 0.40)
     mat, green = {"top": pictures.cutting_mat(rng, 640, 940)}, painted((40, 104, 84))

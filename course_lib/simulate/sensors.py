@@ -91,7 +91,7 @@ class PatternView:
     Attributes
     ----------
     image : (H, W, 3) uint8, what the camera sees.
-    projector_uv : (H, W, 2) float32, the projector's pixel that shines on what each camera pixel sees; NaN in its shadow.
+    projector_uv : (H, W, 2) float32, the projector's pixel that shines on what each camera pixel sees; NaN in shadow.
     """
 
     image: np.ndarray
@@ -213,7 +213,7 @@ class StereoPair:
     ----------
     left, right : frames; the left camera has the pose that was asked for.
     baseline : metres from the left to the right camera, along x of the camera.
-    disparity : (H, W) float32, pixels: a point in column u of the left image is in column u - disparity of the right one;
+    disparity : (H, W) float32, pixels: a point in column u of the left image is in column u - disparity of the right;
         0 where the left camera sees nothing.
     occluded : (H, W) bool, left pixels whose point the right camera does not see.
     """

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from course_lib.simulate.animal import PARTS, organic_shape
+from course_lib.simulate.animal import PARTS, animal_distance, organic_shape
 from course_lib.simulate.implicit import Solid, closed_surface, gradient, rotate
 
 __all__ = [
-    "PARTS", "Patch", "Solid", "box", "closed_surface", "curved", "gradient", "organic_shape", "rectangle", "sharp",
-    "sphere", "turned",
+    "PARTS", "Patch", "Solid", "animal_distance", "box", "closed_surface", "curved", "gradient", "organic_shape",
+    "rectangle", "sharp", "sphere", "turned",
 ]  # fmt: skip
 
 
@@ -51,13 +51,15 @@ def rectangle(corner: Sequence[float], right: Sequence[float], down: Sequence[fl
         If the edges span no area.
     """
     corner, right, down = (np.asarray(v, float) for v in (corner, right, down))
-    normal = np.cross(down, right)
-    if not np.linalg.norm(normal) > 0:
+    (a, b, c), (d, e, f) = down, right
+    normal = np.array([b * f - c * e, c * d - a * f, a * e - b * d])
+    size = np.sqrt(normal @ normal)
+    if not size > 0:
         raise ValueError("A rectangle needs two edges that are not parallel; give other 'right' and 'down' vectors.")
-    columns, rows = (max(2, 1 + int(np.ceil(np.linalg.norm(edge) / step))) for edge in (right, down))
-    u, v = np.linspace(0, 1, columns)[None, :, None], np.linspace(0, 1, rows)[:, None, None]
+    columns, rows = (max(2, 1 + int(np.ceil(np.sqrt(edge @ edge) / step))) for edge in (right, down))
+    u, v = np.arange(columns)[None, :, None] / (columns - 1), np.arange(rows)[:, None, None] / (rows - 1)
     points = corner + u * right + v * down
-    return Patch(points, np.broadcast_to(normal / np.linalg.norm(normal), points.shape).copy())
+    return Patch(points, np.broadcast_to(normal / size, points.shape))
 
 
 def box(size: Sequence[float], step: float = 0.25) -> dict[str, Patch]:

@@ -37,7 +37,7 @@ def tint(colour: Colour, change: np.ndarray) -> np.ndarray:
 
 def plain(rng: np.random.Generator, shape: tuple[int, int], colour: Colour, grain: float = 0.02) -> np.ndarray:
     """Paint or plastic with a faint grain."""
-    return tint(colour, grain * noise(rng, shape, 12))
+    return tint(colour, grain * noise(rng, shape, 12, 3))
 
 
 def plaster(rng: np.random.Generator, shape: tuple[int, int], colour: Colour, grain: float = 0.012) -> np.ndarray:
