@@ -268,7 +268,7 @@ def _is_image(thing: object) -> bool:
 
 def _several(thing: object) -> tuple:
     """Several things of one panel, or one thing."""
-    poses = isinstance(thing, list) and all(np.shape(one) == (4, 4) for one in thing)
+    poses = isinstance(thing, list) and all(not isinstance(one, tuple) and np.shape(one) == (4, 4) for one in thing)
     return tuple(thing) if isinstance(thing, list) and not poses else (thing,)
 
 
