@@ -22,6 +22,7 @@ __all__ = ["Skipped", "copy_notebooks", "pytest_words", "prove", "skipped_line",
 
 WORKERS = 2
 QUICK_LESSON, QUICK_LAB = "00", "01"
+COPIES = "course"  # pytest names a copy by its path below this folder: notebooks/01_name.ipynb
 QUICK_TASKS = ("00", "01")
 
 # Our own settings: a pytest.ini or pyproject.toml beside a notebook must not change what is proved.
@@ -112,7 +113,7 @@ def pytest_words(tree: Tree, folder: Path, quick: bool, workers: int, more: Sequ
         f"--nbval-kernel-startup-timeout={START_SECONDS}",
         *(_left_out(tree) if quick else ()),
         *more,
-        *(str(place) for place in (tree.tests_folder, folder / "notebooks", folder / "solutions") if place.exists()),
+        *(str(place) for place in (tree.tests_folder, folder / COPIES) if place.exists()),
     ]
 
 
@@ -129,8 +130,8 @@ def prove(tree: Tree, quick: bool, workers: int, more: Sequence[str], say: Calla
     stored = _stored(tree, quick)
     with tempfile.TemporaryDirectory(prefix="course-test-", ignore_cleanup_errors=True) as name:
         folder = Path(name)
-        skipped = copy_notebooks(stored, tree, folder, missing_data)
-        for path in sorted(folder.rglob("*.ipynb")):
+        skipped = copy_notebooks(stored, tree, folder / COPIES, missing_data)
+        for path in sorted((folder / COPIES).rglob("*.ipynb")):
             prepare_data(nbs.read_notebook(path))
         (folder / "ipython").mkdir()
         environment = kernel_environment(tree.root, folder / "ipython")

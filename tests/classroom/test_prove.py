@@ -10,7 +10,7 @@ import pytest
 
 from course_lib.classroom import notebooks as nbs
 from course_lib.classroom.kernels import kernel_environment
-from course_lib.classroom.prove import Skipped, copy_notebooks, pytest_words, skipped_line, stub_findings
+from course_lib.classroom.prove import COPIES, Skipped, copy_notebooks, pytest_words, skipped_line, stub_findings
 from course_lib.classroom.tree import Tree
 
 GOOD = Path(__file__).parent / "fixtures" / "tree"
@@ -44,8 +44,8 @@ def proved(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[str]]:
     nbs.write_notebook(tree.lessons_folder / "02_other_real_number.ipynb", other_real)
     (tree.lessons_folder / "03_not_a_notebook.ipynb").write_text("{", encoding="utf-8")
     stored = sorted(tree.lessons_folder.glob("*.ipynb"))
-    copy_notebooks(stored[:1], tree, folder, lambda names: set())  # the data of the first are there
-    skipped = copy_notebooks(stored[1:], tree, folder, _no_data)
+    copy_notebooks(stored[:1], tree, folder / COPIES, lambda names: set())  # the data of the first are there
+    skipped = copy_notebooks(stored[1:], tree, folder / COPIES, _no_data)
     assert skipped == Skipped(1, 1, ("stanford_bunny",))
     (folder / "ipython").mkdir()
     run = subprocess.run(
@@ -56,7 +56,7 @@ def proved(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[str]]:
         encoding="utf-8",
         check=False,
     )
-    outcomes = re.findall(r"^(PASSED|FAILED) \S*/(\d\d_\w+)\.ipynb::Cell (\d)", run.stdout, re.M)
+    outcomes = re.findall(r"^(PASSED|FAILED) notebooks/(\d\d_\w+)\.ipynb::Cell (\d)", run.stdout, re.M)
     assert len(outcomes) == 10, run.stdout + run.stderr
     told: dict[str, dict[int, str]] = {}
     for outcome, name, cell in outcomes:
