@@ -70,14 +70,15 @@ EXIT = {
     "interrupted": 130,
 }
 
+# Each verb, its arguments and its line of help, for before the environment is there; a test compares them with the cli.
 VERBS = {
     "start": ("[LESSON] [--no-browser] [--port N] [--stop]", "Open JupyterLab on the course, labs as your own copies."),
-    "test": ("[--quick]", "Run everything that the course's checks run; --quick is a short selection."),
-    "reset": ("LAB", "Make a fresh copy of a lab beside yours, overwriting nothing."),
-    "doctor": ("[--csv]", "Say what works on this machine, and the mend for what does not."),
-    "data": ("list | get NAME", "List the datasets, or fetch one."),
-    "build": ("[NAME ...] [--check]", "Turn lesson and lab sources into notebooks."),
-    "bench": ("[--notebooks]", "Measure times and memory, and write docs/benchmarks.md."),
+    "test": ("[--quick] [--workers N]", "Prove the library, the tools and every notebook."),
+    "build": ("[NAME ...] [--check] [--lessons | --labs]", "Turn sources into executed notebooks."),
+    "bench": ("[--notebooks] [--only WORD] [--write]", "Measure speed against the professional tools."),
+    "data": ("list | get NAME", "List and fetch datasets."),
+    "reset": ("LAB [--lesson]", "Make a fresh copy of a lab, overwriting nothing."),
+    "doctor": ("[--csv]", "Say what works here, and how to mend the rest."),
 }
 
 
@@ -816,19 +817,11 @@ def uv_environment(index: Index) -> Dict[str, str]:
         environment["ALL_PROXY"] = index.proxy
     environment.setdefault("UV_HTTP_TIMEOUT", "120")
     environment["UV_PYTHON_DOWNLOADS"] = "never"
-    environment.setdefault("UV_LINK_MODE", "hardlink" if _cache_beside(environment) else "copy")
-    return environment
-
-
-def _cache_beside(environment: Dict[str, str]) -> bool:
-    """Whether uv's cache lies on the course's disk; where it cannot be written at all, it goes into .uv/."""
-    place = cache_folder(environment)
-    while not place.exists():
-        place = place.parent
-    if not os.access(str(place), os.W_OK):
-        place = PRIVATE
+    if not os.access(str(existing(cache_folder(environment))), os.W_OK):
         environment["UV_CACHE_DIR"] = str(PRIVATE / "cache")
-    return place.stat().st_dev == ROOT.stat().st_dev
+    if existing(cache_folder(environment)).stat().st_dev != ROOT.stat().st_dev:
+        environment.setdefault("UV_LINK_MODE", "copy")  # files cannot be linked from another disk
+    return environment
 
 
 def cache_folder(environment: Mapping[str, str]) -> Path:
@@ -840,12 +833,14 @@ def cache_folder(environment: Mapping[str, str]) -> Path:
     return Path(environment.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")).absolute() / "uv"
 
 
+def existing(folder: Path) -> Path:
+    """The folder, or the nearest one above it that is there."""
+    return folder if folder.exists() else existing(folder.parent)
+
+
 def check_disk(needed: int = BYTES_NEEDED) -> None:
     """Refuse to begin what will not fit."""
-    for folder in (ROOT, cache_folder(os.environ)):
-        place = folder
-        while not place.exists():
-            place = place.parent
+    for place in (ROOT, existing(cache_folder(os.environ))):
         free = shutil.disk_usage(str(place)).free
         if free < needed:
             raise disk_full(place, free, needed)

@@ -192,7 +192,17 @@ def test_help_names_every_verb_and_every_exit_code(capsys):
 
 
 def test_the_launcher_knows_the_verbs_of_the_command_line():
-    assert set(launcher.VERBS) == set(cli.VERBS)
+    assert {verb: line for verb, (_, line) in launcher.VERBS.items()} == {
+        verb: line for verb, (_, line) in cli.VERBS.items()
+    }
+
+
+@pytest.mark.parametrize("verb", sorted(launcher.VERBS))
+def test_the_launcher_names_options_that_the_verb_has(verb):
+    command = cli.course.get_command(None, verb)
+    options = {option for parameter in command.params for option in parameter.opts}
+    named = set(re.findall(r"--[a-z-]+", launcher.VERBS[verb][0]))
+    assert named <= options
 
 
 @pytest.mark.parametrize("verb", sorted(launcher.VERBS))
