@@ -253,12 +253,11 @@ except ValueError as refusal:
 # %%
 wrong = both & (np.abs(depth - truth) > 0.03 * truth)
 holes = measured(truth) & ~valid
-classes = np.where(holes, 2, np.where(wrong, 1, 0))
 fig, axis = plt.subplots(figsize=(6.4, 4.4), layout="constrained")
 axis.imshow(color)
-for value, name, colour in [(1, "flying pixels", show.COLOURS["outlier"]), (2, "holes", show.COLOURS["source"])]:
-    v, u = np.nonzero(classes == value)
-    axis.scatter(u, v, s=1.5, color=colour, label=f"{name}: {len(u):,}")
+for mask, name, colour, size in [(holes, "holes", show.COLOURS["target"], 1), (wrong, "flying pixels", show.COLOURS["outlier"], 4)]:
+    v, u = np.nonzero(mask)
+    axis.scatter(u, v, s=size, color=colour, label=f"{name}: {len(u):,}")
 axis.legend(markerscale=6, loc="lower right")
 axis.set(title="Where the depth image is not to be trusted", xlabel="column u", ylabel="row v")
 picture(fig, alt=f"The colour image with {np.count_nonzero(wrong):,} flying pixels and {np.count_nonzero(holes):,} "

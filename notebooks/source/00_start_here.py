@@ -1,0 +1,173 @@
+# ---
+# jupyter:
+#   jupytext:
+#     text_representation:
+#       extension: .py
+#       format_name: percent
+#   kernelspec:
+#     display_name: Python 3 (ipykernel)
+#     language: python
+#     name: python3
+# ---
+
+# %% [markdown]
+# # 00 Start here
+#
+# **In ten minutes you go the whole way once: from a depth image to a 3D model, and to a number that says how wrong it is.**
+#
+# Run a cell with Shift+Enter. Nothing can break: this is your own copy, and `python3 course.py reset 00` makes another.
+
+# %%
+from course_lib.notebook import data, report, report_table, show
+
+import numpy as np
+import open3d as o3d
+
+from course_lib import meshes, metrics, pointcloud, transforms
+
+room = data.load("living_room")
+show(room.frames[0], title="Where we start: a photograph, and how far away everything in it was")
+
+# %% [markdown]
+# This room does not exist. A program drew it, and added the mistakes that a real depth camera makes. So we know the **truth**: where
+# every wall really is. That is how this course can tell you, to the millimetre, how wrong a result is.
+#
+# ## Card
+#
+# | | |
+# |---|---|
+# | **You will** | see each step of a reconstruction once; read its error in millimetres; know which lesson explains what |
+# | **Minutes** | 15 for the lesson, 5 for the lab |
+# | **Before** | nothing but a little Python |
+# | **Teaches** | the report, sections 1 and 2 |
+# | **Data** | `living_room` (simulated, with truth); one frame of a real RealSense camera |
+#
+# **Open3D** is the library that does the professional work here. It is free, open source and written in C++, with a Python face. It reads
+# clouds, meshes and RGB-D images. It aligns, filters and meshes them. It runs on a laptop without a graphics card.
+#
+# ## 1 From an image to points
+#
+# Every pixel knows its direction and its distance. So every pixel can be put back into space. The result is a **point cloud**: a list of
+# places. (Lessons 01 to 03.)
+
+# %%
+first, second = pointcloud.from_frame(room.frames[0]), pointcloud.from_frame(room.frames[8])
+report("points", len(first))
+show(first, view="iso", title="The same image, as points in space")
+
+# %% [markdown]
+# The camera saw the room from one side only. Behind the table is nothing, because nothing was seen there.
+#
+# ## 2 Cleaned
+#
+# Specks hang in the air: the camera invented them. A filter removes points that have too few neighbours near by. (Lessons 04 and 05.)
+
+# %%
+clouds = [o3d.geometry.PointCloud(o3d.utility.Vector3dVector(c.points.astype(float))) for c in (first, second)]
+thinned = [cloud.voxel_down_sample(0.03) for cloud in clouds]  # one point in every 3 cm
+cleaned = [cloud.remove_statistical_outlier(nb_neighbors=20, std_ratio=1.0)[0] for cloud in thinned]
+
+surface, poses = room.mesh, [room.poses[0], room.poses[8]]  # the truth
+for name, cloud in [("before", thinned[0]), ("after", cleaned[0])]:
+    off = metrics.distance_to_surface(transforms.apply(poses[0], np.asarray(cloud.points)), surface)
+    report(f"points {name}", len(cloud.points))
+    report(f"worst point {name}, distance to the true surface", 1000 * off.max(), "mm", digits=2)
+
+# %% [markdown]
+# ## 3 Aligned
+#
+# A second frame was taken a step further on. To use both, we must find out how the camera moved. A method called ICP (lesson
+# 07) moves one cloud until it fits the other. Open3D then reports a **fitness**: the share of points that found a partner within
+# some radius. Here are three states of the two clouds. Which one would you trust?
+
+# %%
+icp = o3d.pipelines.registration
+for cloud in cleaned:
+    cloud.estimate_normals()
+    cloud.orient_normals_towards_camera_location()
+moved = transforms.compose(transforms.invert(poses[0]), poses[1])  # the truth
+states, rows = [np.eye(4)], []
+for radius in (0.2, 0.05):
+    result = icp.registration_icp(cleaned[1], cleaned[0], radius, states[-1], icp.TransformationEstimationPointToPlane())
+    states.append(result.transformation)
+for name, T, radius in zip(["not aligned at all", "ICP, 20 cm", "ICP, then 5 cm"], states, (1.0, 0.2, 0.05), strict=True):
+    fitness = icp.evaluate_registration(cleaned[1], cleaned[0], radius, T).fitness
+    rows.append([name, f"{fitness:.3f}", 1000 * transforms.pose_error(T, moved).metres])
+report_table(rows, columns=["state", "fitness", "true error in mm"], digits=2)
+
+# %% [markdown]
+# The perfect score belongs to the clouds that nobody aligned: their camera is off by the length of a forearm. With a radius of one
+# metre, every point has *some* partner. The best state has the lowest score. Remember this table whenever a tool tells you
+# that it succeeded. **This course asks every result for its error.**
+#
+# ## 4 Meshed and measured
+#
+# Last, the points become a surface of triangles, a **mesh** (lesson 08). And because we know the truth, we can measure it.
+
+# %%
+both = cleaned[0] + o3d.geometry.PointCloud(cleaned[1]).transform(states[-1])
+poisson, density = o3d.geometry.TriangleMesh.create_from_point_cloud_poisson(both, depth=7, n_threads=1)
+poisson.remove_vertices_by_mask(np.asarray(density) < np.quantile(density, 0.15))  # what no point supports
+
+vertices = transforms.apply(poses[0], np.asarray(poisson.vertices))
+error_mm = 1000 * metrics.distance_to_surface(vertices, surface)
+report("median distance of the mesh to the true surface", np.median(error_mm), "mm", digits=2)
+mesh = meshes.Mesh(vertices, np.asarray(poisson.triangles))
+show((mesh, np.minimum(error_mm, 50)), label="error (50 = 50 or more)", unit="mm", frame="world", view="iso", cull=True,
+     about=True, title="How wrong the surface is, and where", alt="The table and the walls come out well, edges do not")
+
+# %% [markdown]
+# ## 5 The same on a real camera
+#
+# The same lines run on a frame of a real RealSense camera. (If you see "skipped", the data is not on your machine yet. The message says how to get it.)
+
+# %% tags=["real-data"]
+# real data: realsense_planes
+real = data.load("realsense_planes").frames[-1]
+show(pointcloud.from_frame(real), views=["camera", "side"], title="A box seen by a RealSense, and the same points from the side")
+
+# %% [markdown]
+# It looks as good. How wrong is it? Nobody knows: there is no truth for this floor. That is why each lesson works on simulated data first, where errors can
+# be measured, and on real data after that.
+#
+# ## The map
+#
+# Eighteen lessons, each with a lab. Those without minutes are still to come.
+#
+# | Lesson | Minutes, lesson + lab | You will be able to |
+# |---|---|---|
+# | **00 Start here** | 15 + 5 | see the whole trip |
+# | **01 RGB-D images** | 45 + 60 | read any depth image in metres |
+# | **02 Point clouds** | 45 + 60 | read, pack and place clouds |
+# | **03 From depth to points** | 45 + 60 | lift an image into space, and say how wrong it can go |
+# | 04 Downsampling, normals, features | | thin a cloud without losing its shape |
+# | 05 Outliers | | remove what is not there |
+# | 06 Planes | | find floors, tables, walls |
+# | 07 ICP | | align two clouds |
+# | 08 Meshes, 09 Alpha shapes | | turn points into surfaces |
+# | 10 RGB-D odometry | | follow the camera |
+# | 11 D455 calibration | | know your own camera |
+# | 12 Stitching, 13 Many views | | build one model from many images |
+# | 14 Sensing depth | | know how depth is measured |
+# | 15 Terrain from a UAV, 16 LiDAR odometry, 17 Robots | | take it outdoors, and use it |
+#
+# Three routes. **An evening**: this lesson and 01. **A lab day**: 00, 01 and 03, each with its lab. **A semester**: a lesson and its
+# lab a week, in order.
+#
+# ## The error budget
+#
+# Errors add up on the way from pixel to surface. Each lesson that can measure one adds its row. Now the table waits:
+
+# %%
+show.error_budget()
+
+# %% [markdown]
+# ## Key points
+#
+# - A depth image becomes points, points become a surface, and each step has an error.
+# - A tool that reports success has not measured its error.
+# - Where there is truth, ask for millimetres. Where there is none, say so.
+#
+# ## To the lab
+#
+# Lab 00 is one line long. It rehearses how a lab works and how you hand it in: `my_work/labs/00_start_here.ipynb`.
