@@ -51,6 +51,7 @@ def proved(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[str]]:
     run = subprocess.run(
         [*pytest_words(tree, folder, quick=False, workers=1, more=["-rA"])],
         env=kernel_environment(Path(__file__).parents[2], folder / "ipython"),
+        cwd=course,
         capture_output=True,
         text=True,
         encoding="utf-8",
