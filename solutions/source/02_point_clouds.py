@@ -210,7 +210,7 @@ check("02-3", invert)
 #
 # A cloud should be moved by `R p + t`: first turned by 40° to the left, then shifted 0.25 m to the right. The first panel shows how, seen
 # from above. In the panels A to E, grey is where it belongs, and one mistake moved the coloured one. The cross is the origin. Which mistake
-# was it? Each occurs once:
+# was it? Each occurs once. (Mind the numbers on the axes.)
 #
 # - `"inverse"`: moved by the inverse of the pose
 # - `"millimetres"`: the file held millimetres, and was read as if they were metres
@@ -229,26 +229,26 @@ def move(T, p):
     return p @ T[:2, :2].T + T[:2, 2]
 
 
-centred = bunny[::6] - bunny.mean(axis=0)
+centred = 2 * (bunny[::9] - bunny.mean(axis=0))  # a larger one, to see its direction
 flat = centred[:, :2]  # from above
 first, second = pose_2d(40, 0.25, 0), pose_2d(30, 0, 0.2)
 with_padding = np.column_stack([centred, np.zeros(len(centred))]).astype(np.float32)
 strided = with_padding.ravel()[: 3 * len(centred)].reshape(-1, 3)[:, :2]
 belongs = move(first, flat)
 spoiled = {
-    "A": (belongs, move(first, flat + first[:2, 2])),
+    "A": (belongs, (flat + first[:2, 2]) @ first[:2, :2].T),
     "B": (belongs, move(np.linalg.inv(first), flat)),
     "C": (move(second, belongs), move(first, move(second, flat))),
     "D": (belongs, move(first, 1000 * flat)),
     "E": (belongs, move(first, strided)),
 }
-fig, axes = plt.subplots(2, 3, figsize=(10.5, 7), layout="constrained")
+fig, axes = plt.subplots(2, 3, figsize=(9, 6.6), layout="constrained")
 for axis, letter in zip(axes.flat, ["right", *spoiled], strict=True):
     if letter == "right":
         turned = flat @ first[:2, :2].T
         for cloud, colour, name in [(flat, "0.85", "given"), (turned, show.COLOURS["source"], "turned"), (belongs, "0.55", "and shifted")]:
             axis.scatter(*cloud.T, s=1, color=colour, label=name)
-        axis.legend(markerscale=6, fontsize=8, loc="upper right")
+        axis.legend(markerscale=6, fontsize=8, loc="upper left")
         axis.annotate("", first[:2, 2], (0, 0), arrowprops={"arrowstyle": "-|>", "lw": 2})
     else:
         grey, wrong = spoiled[letter]
@@ -257,13 +257,13 @@ for axis, letter in zip(axes.flat, ["right", *spoiled], strict=True):
     axis.plot(0, 0, "k+", ms=12, mew=2)
     axis.set(title="how it should be" if letter == "right" else letter, aspect="equal", xlabel="m")
     if letter != "D":
-        axis.set(xlim=(-0.36, 0.42), ylim=(-0.28, 0.42))
+        axis.set(xlim=(-0.42, 0.52), ylim=(-0.38, 0.56))
 away = {letter: np.linalg.norm(wrong.mean(axis=0) - grey.mean(axis=0)) for letter, (grey, wrong) in spoiled.items()}
 wide = {letter: np.ptp(wrong[:, 0]) / np.ptp(grey[:, 0]) for letter, (grey, wrong) in spoiled.items()}
 picture(fig, alt="Six panels, seen from above. The first shows the cloud given, turned by 40 degrees to the left, and shifted to the right. In the others "
         "grey is where it belongs. " + " ".join(f"{letter}: the coloured one's middle is {away[letter]:.2f} m from that of grey, and it is "
-        f"{wide[letter]:.3g} times as wide." for letter in spoiled) + " A has the direction of grey. B is turned the other way. C has the direction of "
-        "grey, which is turned by 70 degrees here. D has the direction of grey. E is torn into streaks through the origin.")
+        f"{wide[letter]:,.1f} times as wide." for letter in spoiled) + " A has the direction of grey. B is turned the other way. C has the direction of "
+        "grey, which is turned by 70 degrees here. D has the direction of grey. E is torn into pieces and streaks.")
 
 # %% [markdown]
 # <details><summary>Hint 1: idea</summary>Did it keep its shape? Its size? Its direction? Only then ask for its place.</details>
@@ -302,7 +302,7 @@ dense = np.random.default_rng(4).random(9000) < np.where(ball[:, 0] > 0.3, 0.5, 
 shape = (0.1 * (1 + 0.075 * np.sin(ball @ wave).sum(axis=1))[:, None] * ball * [2.5, 1, 1])[dense][:1500]
 blind = np.random.default_rng(1).choice(len(shape), 60, replace=False)
 gaps = 1000 * np.linalg.norm(shape[:, None] - shape[blind], axis=2).min(axis=1)
-show((shape, gaps), view="front", frame="world", label="distance to the nearest of 60 points drawn blindly", unit="mm", limits=(0, 110), size=7,
+show((shape, gaps), view="front", frame="world", title="Blindly drawn: how far is each point from a kept one?", label="distance", unit="mm", limits=(0, 110), size=7,
      alt=f"A shape as long as half a metre, denser on one side. The loneliest point is {gaps.max():.0f} mm from a kept one, on the sparse side. A good "
          "choice would leave no colour above 55 mm")
 
