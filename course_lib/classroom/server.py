@@ -105,6 +105,7 @@ def environment(tree: Tree) -> dict[str, str]:
         "JUPYTER_RUNTIME_DIR": str(home / "runtime"),
         "JUPYTER_PREFER_ENV_PATH": "1",
         "IPYTHONDIR": str(home / "ipython"),
+        "COURSE_LIVE": "1",  # somebody is there: sliders move, as show.slider says
     }
 
 
