@@ -114,3 +114,25 @@ def organic_shape(spacing: float = 0.00152, seed: int = 0) -> Solid:
     nearest = np.argmin([_ellipsoid(vertices, *row[:3]) for row in _ANIMAL], axis=0)
     part = np.array([row[3] for row in _ANIMAL], np.uint8)[nearest]
     return Solid(vertices, triangles, normals, part)
+
+
+def animal_colors(solid: Solid, seed: int) -> np.ndarray:
+    """(V, 3) uint8 colours of the animal: a dappled coat, a light tail and feet, dark eyes."""
+    rng, p = np.random.default_rng([seed, 1]), solid.vertices
+    dapple = np.zeros(len(p))
+    for wavelength in (0.06, 0.04, 0.025):
+        for _ in range(3):
+            way = rng.normal(size=3)
+            way *= 2 * np.pi / wavelength / np.linalg.norm(way)
+            dapple += np.sin(p[:, 0] * way[0] + p[:, 1] * way[1] + p[:, 2] * way[2] + rng.uniform(0, 6.28)) / 3
+    light = 1 / (1 + np.exp(-2.5 * dapple))[:, None]
+    coat = np.array((150, 98, 60)) * (1 - light) + np.array((206, 158, 110)) * light
+    pale = np.array((240, 230, 214))
+    coat = np.where(solid.part[:, None] == PARTS.index("tail"), pale, coat)
+    feet = np.clip((0.016 - p[:, 2:]) / 0.008, 0, 1)
+    inner = np.clip((solid.normals[:, :1] - 0.55) / 0.2, 0, 1) * (solid.part[:, None] == PARTS.index("ears"))
+    nose = np.clip(1.6 - np.sqrt(np.sum((p - (0.0775, -0.0210, 0.1010)) ** 2, 1))[:, None] / 0.0035, 0, 1)
+    for weight, colour in ((feet, pale), (inner, (226, 168, 150)), (nose, (120, 62, 60))):
+        coat = coat * (1 - weight) + np.asarray(colour) * weight
+    coat = np.where(solid.part[:, None] == PARTS.index("eyes"), np.array((24, 20, 22)), coat)
+    return coat.clip(0, 255).astype(np.uint8)

@@ -30,7 +30,7 @@ from dataclasses import asdict, dataclass, field
 import numpy as np
 
 from course_lib.cameras import PinholeCamera, preset
-from course_lib.simulate import d455, furniture, shapes
+from course_lib.simulate import d455, shapes
 from course_lib.simulate.camera import render_labelled
 from course_lib.simulate.scenes import TABLE, Scene, check_seed, desk, living_room
 from course_lib.simulate.trajectories import handheld, path_length
@@ -93,7 +93,7 @@ def _bunny_like(seed: int, progress: Progress) -> RecipeOutput:
     progress(0, 1)
     solid = shapes.organic_shape(seed=seed)
     arrays = {
-        "colors": furniture.animal_colors(solid, seed),
+        "colors": shapes.animal_colors(solid, seed),
         "normals": solid.normals.astype(np.float32),
         "labels": (solid.part + 1).astype(np.uint8),
     }
@@ -170,7 +170,7 @@ def living_room_path(seed: int) -> list[np.ndarray]:
     """The 30 poses T_world_camera of living_room: from right to left around the table, 1.5 m from its middle."""
     rng = np.random.default_rng([seed, 30])
     aim = (TABLE[0], TABLE[1] + 0.10, TABLE[2] + 0.11)
-    return handheld(30, rng, start=(0.59, -1.06, 1.42), target=aim, length=1.2, sweep=-0.86)
+    return handheld(30, rng, start=(0.53, -1.09, 1.42), target=aim, length=1.05, sweep=-0.78)
 
 
 def _living_room(seed: int, progress: Progress) -> RecipeOutput:

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from course_lib.simulate.animal import PARTS, animal_distance, organic_shape
+from course_lib.simulate.animal import PARTS, animal_colors, animal_distance, organic_shape
 from course_lib.simulate.implicit import Solid, closed_surface, gradient, rotate
 
 __all__ = [
-    "PARTS", "Patch", "Solid", "animal_distance", "box", "closed_surface", "curved", "gradient", "organic_shape",
-    "rectangle", "sharp", "sphere", "turned",
+    "PARTS", "Patch", "Solid", "animal_colors", "animal_distance", "box", "closed_surface", "curved", "gradient",
+    "organic_shape", "rectangle", "sharp", "sphere", "turned",
 ]  # fmt: skip
 
 

@@ -18,7 +18,7 @@ def handheld(
     length: float,
     sweep: float = 1.0,
     sway: float = 0.03,
-    tremor_degrees: float = 0.4,
+    tremor_degrees: float = 0.3,
 ) -> list[np.ndarray]:
     """A hand-held camera walked around a target, looking at it, never quite still.
 
@@ -56,8 +56,8 @@ def handheld(
     steps = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
     path = path[0] + (path - path[0]) * (length / steps)
     aim = target + 0.5 * sway * _wander(rng, s)
-    shake = np.radians(tremor_degrees) * _wander(rng, s, slow=2.0, fast=7.0)
-    roll = np.radians(1.5) * _wander(rng, s)[:, 0]
+    shake = np.radians(tremor_degrees) * _wander(rng, s, slow=2.0, fast=5.0)
+    roll = np.radians(0.8) * _wander(rng, s)[:, 0]
     poses = []
     for eye, spot, turn, tilt in zip(path, aim, shake, roll, strict=True):
         turn = turn + (0, 0, tilt)
