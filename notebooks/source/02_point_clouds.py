@@ -122,8 +122,9 @@ frame = room.frames[0]
 organised = cameras.deproject(frame.depth, frame.camera)
 report_table([[str(organised.shape), 100 * float(np.isnan(organised[..., 2]).mean())]],
              columns=["shape of the organised cloud", "points that are NaN (%)"])
-show.images({"x (m), to the right": organised[..., 0], "y (m), down": organised[..., 1], "z (m), forward": organised[..., 2]},
-            unit="m", title="An organised cloud is three images", alt="x grows from left to right, y from top to bottom, z with distance")
+parts = {"x (m), to the right": 0, "y (m), down": 1, "z (m), forward": 2}
+show.images({name: organised[..., i] for name, i in parts.items()}, unit="m", title="An organised cloud is three images",
+            alt="x grows from left to right, y from top to bottom, z with distance")
 
 # %% [markdown]
 # What is the order good for? Neighbours come for free: the point right of pixel (u, v) is at (u + 1, v). In an unordered cloud,
@@ -142,7 +143,8 @@ def row_of(u, v, width):
 
 assert row_of(u=0, v=1, width=640) == 640  # the first pixel of the second image row
 listed = organised.reshape(-1, 3)
-assert np.array_equal(listed[row_of(320, 240, 640)], organised[240, 320])
+u, v, width = 200, 100, organised.shape[1]
+assert np.array_equal(listed[row_of(u, v, width)], organised[v, u], equal_nan=True)
 
 kept = listed[np.isfinite(listed).all(axis=1)]  # now it is unordered: row numbers have moved
 beside = np.linalg.norm(organised[:, 1:] - organised[:, :-1], axis=2)
@@ -189,7 +191,8 @@ guess = None  # megabytes a second
 
 colored = pointcloud.POINT_TYPES["PointXYZRGB"]
 predict("How many megabytes a second?", guess, 640 * 480 * 30 * colored.itemsize / 1e6, "MB/s",
-        why="Each point takes 32 bytes, and only 15 of them mean something. That is why robots downsample first (lesson 04).")
+        why="Each point takes 32 bytes, and only 15 of them mean something. "
+            "That is why robots downsample first (lesson 04).")
 
 # %%
 structured = np.zeros(organised.shape[:2], colored)
@@ -201,13 +204,13 @@ report_table([[f.name, f.offset] for f in message.fields], columns=["field", "of
 
 
 def point_at(message, u, v):
-    """x, y, z of pixel (u, v), straight from the bytes of a little-endian message with x, y, z side by side."""
+    """x, y, z of pixel (u, v), from the bytes of a little-endian message with x, y, z side by side."""
     start = v * message.row_step + u * message.point_step + message.fields[0].offset
     return struct.unpack_from("<3f", message.data, start)
 
 
-assert np.array_equal(point_at(message, 320, 240), organised[240, 320])
-assert np.array_equal(pointcloud.message_to_xyz(message), listed, equal_nan=True)  # the library: all points at once
+assert np.array_equal(point_at(message, u, v), organised[v, u], equal_nan=True)
+assert np.array_equal(pointcloud.message_to_xyz(message), listed, equal_nan=True)  # the library reads all
 
 # %% [markdown]
 # The same rule as before, counted in bytes. `<` says little-endian: the least significant byte first, as in almost every computer
@@ -231,14 +234,15 @@ assert np.array_equal(pointcloud.message_to_xyz(message), listed, equal_nan=True
 from course_lib.simulate import scenes, sensors
 
 scene, camera, T_world_camera = scenes.living_room(7), frame.camera, room.poses[0]
-right_of_it = transforms.compose(T_world_camera, transforms.from_rotation_translation(np.eye(3), [0.15, 0, 0]))
-upright = transforms.from_rotation_translation(np.eye(3), T_world_camera[:3, 3])  # same place, x forward, z up
+step_right = transforms.from_rotation_translation(np.eye(3), [0.15, 0, 0])
+upright = transforms.from_rotation_translation(np.eye(3), T_world_camera[:3, 3])  # same place, z up
 rng = np.random.default_rng(2)
 
 scan = sensors.laser_scan(scene, upright, np.radians(np.linspace(-30, 15, 24)), rng=rng)
 
 projector = camera.scaled(1280, 960)
-lit = sensors.structured_light(scene, camera, T_world_camera, projector, right_of_it,
+T_world_projector = transforms.compose(T_world_camera, step_right)
+lit = sensors.structured_light(scene, camera, T_world_camera, projector, T_world_projector,
                                sensors.stripes(1280, 960, period=40), strength=4, room_light=0.08)
 
 pair = sensors.stereo_pair(scene, camera, T_world_camera, baseline=0.095)
@@ -264,7 +268,7 @@ show.images({"laser scanner: rings": laser, "structured light: stripes bend": li
 
 # %%
 def meet(a, b, baseline):
-    """Depth at which two rays of sideways slopes a and b meet, b's starting a baseline to the right of a's; 0 if nowhere."""
+    """Depth at which rays of sideways slopes a and b meet, b's from a baseline farther right; 0 if nowhere."""
     z = baseline / np.where(a - b > 1e-3, a - b, np.nan)
     return np.nan_to_num(z).astype(np.float32)
 
@@ -274,7 +278,8 @@ assert meet(0.5, 0.25, baseline=0.5) == 2  # two metres ahead: both at x = 1
 a = np.broadcast_to((np.arange(640) - camera.cx) / camera.fx, (480, 640))
 stripe = np.round(lit.projector_uv[..., 0])  # to a whole column: decoding stripes gives no more (lesson 14)
 matcher = cv2.StereoSGBM.create(numDisparities=96, blockSize=5, P1=200, P2=800, uniquenessRatio=10)
-disparity = matcher.compute(*[cv2.cvtColor(one.color, cv2.COLOR_RGB2GRAY) for one in (pair.left, pair.right)]) / 16
+grey = [cv2.cvtColor(one.color, cv2.COLOR_RGB2GRAY) for one in (pair.left, pair.right)]
+disparity = matcher.compute(*grey) / 16  # how many pixels each pixel has moved; below 0 where it was not found
 depths = {
     "structured light": meet(a, (stripe - projector.cx) / projector.fx, 0.15),
     "stereo": meet(a, a - np.where(disparity > 0, disparity, np.nan) / camera.fx, pair.baseline),
@@ -287,7 +292,8 @@ for name, depth in depths.items():
 rows = []
 for name, (world, seen) in clouds.items():
     errors = 1000 * metrics.distance_to_surface(world, room.mesh)
-    rows.append([name, len(world), float(np.linalg.norm(seen, axis=1).max()), float(np.median(errors)), float(np.percentile(errors, 95))])
+    farthest = np.linalg.norm(seen, axis=1).max()
+    rows.append([name, len(world), float(farthest), float(np.median(errors)), float(np.quantile(errors, 0.95))])
 report_table(rows, columns=["sensor", "points", "farthest (m)", "median error (mm)", "95 % below (mm)"], digits=2)
 
 # %% [markdown]
@@ -385,8 +391,9 @@ seen = {i: pointcloud.from_frame(room.frames[i]).points for i in (0, 20)}
 world = {i: apply(room.poses[i], seen[i]) for i in seen}
 plan = {i: (world[i][:, 2] > 0.1) & (world[i][:, 2] < 1.9) for i in world}
 as_if_still = apply(room.poses[0], seen[20])
-show.panels({"as if the camera had not moved": [(world[0][plan[0]], "frame 0"), (as_if_still[plan[20]], "frame 20")],
-             "each by its own pose": [(world[0][plan[0]], "frame 0"), (world[20][plan[20]], "frame 20")]}, view="top", frame="world")
+first = world[0][plan[0]], "frame 0"
+show.panels({"as if the camera had not moved": [first, (as_if_still[plan[20]], "frame 20")],
+             "each by its own pose": [first, (world[20][plan[20]], "frame 20")]}, view="top", frame="world")
 
 # %% [markdown]
 # This is why robots like clouds. With every cloud in one frame, a map is a list of points (navigation), an obstacle is a point above
@@ -395,12 +402,12 @@ show.panels({"as if the camera had not moved": [(world[0][plan[0]], "frame 0"), 
 
 # %%
 def first_obstacle(points, standing=room.poses[0][:2, 3]):
-    """Metres along the floor from where the camera stands to the nearest point between 0.1 and 1.2 m above the floor."""
+    """Metres along the floor to the nearest point that is between 0.1 and 1.2 m above it."""
     in_the_way = points[(points[:, 2] > 0.1) & (points[:, 2] < 1.2)]
     return np.linalg.norm(in_the_way[:, :2] - standing, axis=1).min()
 
 
-assert first_obstacle(np.array([[3, 4, 0.5], [0, 0, 0.0]]), standing=np.zeros(2)) == 5  # the second lies on the floor
+assert first_obstacle(np.array([[3, 4, 0.5], [1, 0, 0.0]]), standing=np.zeros(2)) == 5  # one is the floor
 truth = apply(room.poses[0], cameras.deproject_compact(room.truth["depth"][0], camera))
 report("nearest obstacle, by the cloud", first_obstacle(world[0]), "m")
 report("nearest obstacle, by the true surface", first_obstacle(truth), "m")
@@ -412,7 +419,8 @@ report("nearest obstacle, by the true surface", first_obstacle(truth), "m")
 # the world, store it, read it, and bring it back:
 
 # %%
-path = files.write_cloud(path.with_name("world.ply"), pointcloud.PointCloud(world[20].astype(np.float32)))
+stored = pointcloud.PointCloud(world[20].astype(np.float32))
+path = files.write_cloud(path.with_name("world.ply"), stored)
 back = apply(invert(room.poses[20]), files.read_cloud(path).points.astype(float))
 moved = 1000 * np.linalg.norm(back - seen[20], axis=1)
 near = np.abs(seen[20][:, 2] - 1.5) < 0.1
@@ -430,7 +438,8 @@ report("step of a 32-bit float at a map's 5,000 km north", float(np.spacing(np.f
 
 # %%
 print(cloud)
-report("triangles that Open3D has dropped", len(o3d.io.read_triangle_mesh(str(path.with_name("animal.ply"))).triangles))
+whole = o3d.io.read_triangle_mesh(str(path.with_name("animal.ply")))
+report("triangles that Open3D has dropped", len(whole.triangles))
 sixteen = np.zeros(len(points), pointcloud.POINT_TYPES["PointXYZ"])
 sixteen["x"], sixteen["y"], sixteen["z"] = points.T
 twelve = np.frombuffer(sixteen.tobytes(), np.float32)[: 3 * len(points)].reshape(-1, 3)
@@ -471,11 +480,12 @@ assert np.allclose(careless_invert(straight), invert(straight))  # the quick tes
 right = apply(invert(room.poses[0]) @ room.poses[20], seen[20])  # camera 20 to world to camera 0
 wrong = apply(careless_invert(room.poses[0]) @ room.poses[20], seen[20])
 report("every point is off by", np.linalg.norm(wrong - right, axis=1).mean(), "m")
-report("median distance to frame 0, right", 1000 * np.median(metrics.nearest_distances(right[::20], seen[0])), "mm")
-report("median distance to frame 0, wrong", 1000 * np.median(metrics.nearest_distances(wrong[::20], seen[0])), "mm")
+for name, moved in [("right", right), ("wrong", wrong)]:
+    distance = np.median(metrics.nearest_distances(moved[::20], seen[0]))
+    report(f"median distance to frame 0, {name}", 1000 * distance, "mm")
 there, ghost = [apply(room.poses[0], moved)[plan[20]] for moved in (right, wrong)]
-show.panels({"undone with -R^T t": [(world[0][plan[0]], "frame 0"), (there, "frame 20")],
-             "undone with -t": [(world[0][plan[0]], "frame 0"), (ghost, "frame 20")]}, view="top", frame="world")
+show.panels({"undone with -R^T t": [first, (there, "frame 20")], "undone with -t": [first, (ghost, "frame 20")]},
+            view="top", frame="world")
 
 # %% [markdown]
 # A room with two of everything. The number that exposes it is the distance between clouds that should overlap. What a
@@ -504,9 +514,11 @@ scans, T_scan = real.clouds, real.reference["scan_poses"]
 first = apply(T_scan["bun000"], scans["bun000"].points)
 second = apply(T_scan["bun045"], scans["bun045"].points)
 wrong = apply(careless_invert(T_scan["bun045"]), scans["bun045"].points)
-for name, moved in [("as scanned", scans["bun045"].points), ("moved by its pose", second), ("moved by the careless inverse", wrong)]:
-    report(f"median distance to scan 0, {name}", 1000 * np.median(metrics.nearest_distances(moved, first)), "mm")
-show.panels({"as scanned": [(scans["bun000"].points, "scan 0°"), (scans["bun045"].points, "scan 45°")],
+raw = scans["bun045"].points
+for name, moved in [("as scanned", raw), ("moved by its pose", second), ("moved by the careless inverse", wrong)]:
+    distance = np.median(metrics.nearest_distances(moved, first))
+    report(f"median distance to scan 0, {name}", 1000 * distance, "mm")
+show.panels({"as scanned": [(scans["bun000"].points, "scan 0°"), (raw, "scan 45°")],
              "each moved by its pose": [(first, "scan 0°"), (second, "scan 45°")]}, view="top", frame="object")
 
 # %% [markdown]
@@ -515,9 +527,11 @@ show.panels({"as scanned": [(scans["bun000"].points, "scan 0°"), (scans["bun045
 # %% tags=["real-data"]
 # real data: pcl_tests
 xyz, rgb = files.read_organised(data.load("pcl_tests").files["office1.pcd"])
-report_table([[str(xyz.shape), 100 * float(np.isnan(xyz[..., 2]).mean()), float(np.nanmedian(xyz[..., 2])), 32 * xyz[..., 0].size / 1e6]],
+z = xyz[..., 2]
+report_table([[str(xyz.shape), 100 * float(np.isnan(z).mean()), float(np.nanmedian(z)), colored.itemsize * z.size / 1e6]],
              columns=["shape", "NaN (%)", "median z (m)", "as PointXYZRGB (MB)"])
-show.images({"the colours, in the cloud's order": rgb, "z (m)": xyz[..., 2]}, unit="m", alt="An office, its organised cloud read as images")
+show.images({"the colours, in the cloud's order": rgb, "z (m)": z}, unit="m",
+            alt="An office, its organised cloud read as images")
 
 # %% [markdown]
 # What differs from simulation: more is missing (windows, dark things, edges), and nobody knows where the camera stood, so the cloud
@@ -539,7 +553,7 @@ show.images({"the colours, in the cloud's order": rgb, "z (m)": xyz[..., 2]}, un
 #
 # ## Your own camera
 #
-# Change one line in section 2: `frame = data.from_folder("path/to/my_recording").frames[0]`, and run sections 2 and 3. A cloud
+# Change one line in section 2: `frame = data.from_folder("path/to/my_recording").frames[0]`, and run sections 2 and 3, whatever its size. A cloud
 # that you have saved already, from the RealSense viewer for example, opens with `files.read_cloud("my_cloud.ply")`: look at
 # the count and the extent before anything else. Is it metres? Is y down?
 #
