@@ -24,7 +24,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import open3d as o3d
 
-from course_lib import cameras, metrics, pointcloud, rgbd, transforms
+from course_lib import cameras, metrics, pointcloud, transforms
 
 room = data.load("living_room")
 frame = room.frames[15]
@@ -35,8 +35,8 @@ show(pointcloud.from_frame(frame), views=["camera", "iso"],
 
 # %% [markdown]
 # Both pictures show the same points. The left one looks like a photograph. For the right one we walked around the scene,
-# although the camera took one frame and never moved. White is what it could not see. This lesson is about the step from a
-# depth image to such a cloud.
+# although the camera took one frame and never moved. White is what it could not see; the specks in the air are flying pixels
+# (lesson 01). This lesson is about the step from a depth image to such a cloud.
 #
 # ## Card
 #
@@ -163,8 +163,7 @@ report_table([[name, *(float(formula(fov)) for fov in (90, 60, 45))] for name, f
 # ## 3 From a pixel back to a point
 #
 # Turn equations 5 and 6 around and you have equations 7 and 8: $x = (u - c_x)\,z/f$ and $y = (v - c_y)\,z/f$. To
-# **deproject** is to do this for every pixel of a depth image. Equation 9 says $z = z$: the document never computes z. A depth
-# camera hands it to us. Two ordinary cameras do not; there, $z = fB/d$ has to come first (lesson 14). Here it is, in five lines.
+# **deproject** is to do this for every pixel of a depth image. Here it is, in five lines.
 
 # %%
 def deproject(depth, fx, fy, cx, cy):
@@ -193,6 +192,9 @@ report("points, Open3D", len(by_open3d.points))
 # Same points, in the same order. And colour costs nothing: the two images are registered, so the point of pixel `[v, u]` takes
 # the colour of pixel `[v, u]`.
 #
+# Equation 9 reads $z = z$. So the document never says where z comes from. A depth camera hands it to us. From two colour
+# cameras, as on that UAV, it must be computed first: $z = fB/d$ (lesson 14).
+#
 # Are the points *right*? In the simulated room we can ask. We take the cloud to the world with the true pose and measure
 # the distance of each point to the true surface.
 
@@ -208,8 +210,8 @@ exact = deproject(truth, c.fx, c.fy, c.cx, c.cy)[truth > 0]
 report("median distance to the surface, exact depth", np.median(to_surface_mm(exact)), "mm", smallest=0.01)
 report("median distance, depth as measured", np.median(to_surface_mm(cloud.points)), "mm", digits=2)
 show(cloud, views=["front", "side", "back"], title="One frame from the front, the side and the back",
-     alt="Without perspective the far bookshelf is taller than the table. From the side the floor slopes, as the "
-         "camera looked down; from the back the room is mirrored.")
+     alt="Without perspective the far bookshelf is taller than the table. From the side the floor slopes, "
+         "as the camera looked down; from the back the room is mirrored.")
 
 # %% [markdown]
 # The formula adds no error of its own: what you see in the second number is the sensor's noise. From the back you look through the
@@ -266,11 +268,10 @@ for axis, (name, spoilt) in zip(axes, list(spoiled.items())[:3], strict=True):
     axis.set(title=name.replace(" of another camera", ""), xlabel="x (m)", aspect="equal", ylim=(-0.3, 4.5))
 axes[0].set_ylabel("z (m)")
 axes[0].legend(loc="center left", fontsize=9)
-wall = right[row, ~(right[row, :, 2] > 3.5), 2]
-bowl = spoiled["range for z"][row, ~(right[row, :, 2] > 3.5), 2]
-picture(fig, alt="One image row from above, right and spoiled. A wrong focal length pulls everything towards the axis "
-                 f"and keeps the wall straight. Range for z bends the wall, {np.ptp(wall):.2f} m deep, into an arc "
-                 f"{np.ptp(bowl):.2f} m deep. A wrong scale shrinks the room towards the camera.")
+nearer = np.nanmax(right[row, :, 2] - spoiled["range for z"][row, :, 2])
+picture(fig, alt="One image row from above, right and spoiled. A wrong focal length pulls everything towards "
+                 "the axis and keeps the back wall straight. Range for z bends it into an arc and brings points "
+                 f"up to {nearer:.2f} m nearer. A wrong scale shrinks the room towards the camera.")
 
 # %% [markdown]
 # The last mistake loses points instead of moving them. `RGBDImage.create_from_color_and_depth`, which the report calls, has a
@@ -312,8 +313,9 @@ assert np.linalg.det(np.diag(flip)) == 1  # a rotation: letters stay readable
 moved = transforms.apply(frame.T_world_camera, exact * flip) - transforms.apply(frame.T_world_camera, exact)
 report("how far a kept flip moves a point, median", np.median(np.linalg.norm(moved, axis=1)), "m")
 flipped = pointcloud.PointCloud(cloud.points * flip, cloud.colors)
-show.panels({"camera axes, y-up viewer": cloud, "flipped for that viewer": flipped}, frame="object", view="front",
-            alt="Left the room hangs upside down, seen from behind; right it stands upright, seen from the front.")
+show.panels({"camera axes, y-up viewer": cloud, "flipped for that viewer": flipped},
+            frame="object", view="front",
+            alt="Left the room hangs upside down, seen from behind; right it stands, seen from the front.")
 
 # %% [markdown]
 # The pose expects x right, y down, z forward. Flipped points land behind the camera and under the floor. Keep the data in the
@@ -377,28 +379,30 @@ show.panels({"its own f": cloud, "f = 525": pointcloud.PointCloud(lazy[seen], cl
 
 # %% [markdown]
 # There is no difference to see. A wrong f multiplies x and y by one number and leaves z, so every point stays on its own ray, and
-# a flat wall stays flat. So stretch a tape along the front edge of the table, from corner to corner. It says 140 cm<!-- allow typed number: the
-# size of the table, given -->.
+# a flat wall stays flat. So measure. Two stickers on the table lie 1.3 m apart by tape, near the table's left and right end, and
+# `project` says which pixels show them.
 
 # %% tags=["prediction"]
 guess = None  # metres
 
-tape = 1.40
-left, right_end = (349, 71), (357, 573)  # rows and columns of the two corners, read off the image
-table = np.linalg.norm(lazy[right_end] - lazy[left])
-predict(f"How long is that edge in the cloud that was lifted with 525 instead of {c.fx:.0f}?", guess, table, "m",
-        why="Sideways, all shrinks by the ratio of the two focal lengths, and the edge lies across the image.")
+tape = 1.3
+stickers = np.array([[-0.65, -0.22, 0.75], [0.65, -0.22, 0.75]])  # in the world
+seen_from_here = transforms.apply(transforms.invert(frame.T_world_camera), stickers)
+(u1, v1), (u2, v2) = np.rint(project(seen_from_here, c.fx, c.fy, c.cx, c.cy)).astype(int)
+measured = np.linalg.norm(lazy[v2, u2] - lazy[v1, u1])
+predict(f"How far apart are they in the cloud that was lifted with 525 instead of {c.fx:.0f}?",
+        guess, measured, "m",
+        why="Sideways, all shrinks by the ratio of the focal lengths, and the stickers lie side by side.")
 
 # %% [markdown]
-# One known length also mends it. Across the image, lengths go with 1/f, so the right f is the wrong one times measured over true.
-# It is as good as your two clicks:
+# One known length also mends it. Across the image, lengths go with 1/f, so the right f is the wrong one times measured over true:
 
 # %%
-mended = 525 * table / tape
+mended = 525 * measured / tape
 report("f, from one known length", mended, "pixels")
 report("f, true", c.fx, "pixels")
-off = deproject(truth, mended, mended, c.cx, c.cy) - right
-report("points about 1.5 m away are now off by", 1000 * np.linalg.norm(off, axis=-1)[near].mean(), "mm", digits=1)
+off = np.linalg.norm(deproject(truth, mended, mended, c.cx, c.cy) - right, axis=-1)
+report("points about 1.5 m away are now off by", 1000 * off[near].mean(), "mm", digits=1)
 
 # %% [markdown]
 # A professional does not guess f. They read it from the device at the resolution in use, or calibrate (lesson 11). And they keep a
@@ -419,12 +423,12 @@ for name in ["tum_pair", "sun_pair", "redwood_frames", "realsense_planes"]:
     pinhole = o3d.camera.PinholeCameraIntrinsic(k.width, k.height, k.fx, k.fy, k.cx, k.cy)
     theirs = o3d.geometry.PointCloud.create_from_depth_image(
         o3d.geometry.Image(real.depth), pinhole, depth_scale=1.0, depth_trunc=100.0)
-    measured = real.depth > 0
-    assert np.allclose(lifted[measured], theirs.points, atol=1e-5)
+    valid = real.depth > 0
+    assert np.allclose(lifted[valid], theirs.points, atol=1e-5)
     kept = by_default(real.color, real.depth) > 0
-    rows.append([name, int(measured.sum()), f"{k.fx:.1f}, {k.fy:.1f}", float(np.median(real.depth[measured])),
-                 float(real.depth.max()), 100 * (1 - kept.sum() / measured.sum())])
-report_table(rows, columns=["dataset", "points", "fx, fy", "median z (m)", "deepest (m)", "dropped by default (%)"])
+    rows.append([name, int(valid.sum()), f"{k.fx:.1f}, {k.fy:.1f}", float(np.median(real.depth[valid])),
+                 float(real.depth.max()), 100 * (1 - kept.sum() / valid.sum())])
+report_table(rows, columns=["dataset", "points", "fx, fy", "median z (m)", "deepest (m)", "dropped (%)"])
 
 # %% [markdown]
 # The intrinsics in the last row came with the recording. The other three are *assumed*: nobody calibrated those cameras for us.
@@ -436,8 +440,8 @@ desk = data.load("tum_pair").frames[0]
 lifted = pointcloud.from_frame(desk)
 show(lifted.select(lifted.points[:, 2] < 3.5), views=["front", "side", "back"],
      title="TUM: a desk from the front, the side and the back",
-     alt="A desk with a globe and bottles, two chairs before it, a board behind it. From the side the floor slopes and its "
-         "far part is cut into stripes.")
+     alt="A desk with a globe and bottles, two chairs before it, a board behind it. From the side the floor "
+         "slopes and its far part is cut into stripes.")
 
 # %% [markdown]
 # The camera looked down, so in its frame the floor slopes; nobody told us its pose. And from the side the far floor falls into
@@ -468,21 +472,24 @@ def agreement(color, depth, zoom=1.0):
 
 
 zooms = np.arange(8, 21) / 10
+which = {"tum_pair": 0, "sun_pair": 0, "redwood_frames": 0, "realsense_planes": 1, "realsense_slam": 4}
 rows = []
-for name, i in {"tum_pair": 0, "sun_pair": 0, "redwood_frames": 0, "realsense_planes": 1, "realsense_slam": 4}.items():
+for name, i in which.items():
     real = data.load(name).frames[i]
     curve = [agreement(real.color, real.depth, zoom) for zoom in zooms]
     rows.append([name, float(curve[2]), float(zooms[np.argmax(curve)]), float(np.max(curve))])
-report_table(rows, columns=["dataset", "agreement as stored", "best zoom of the depth", "there"], digits=2)
+report_table(rows, columns=["dataset", "agreement as stored", "best zoom of depth", "agreement there"],
+             digits=2)
 
 # %% tags=["real-data"]
 # real data: realsense_slam
 slam = data.load("realsense_slam").frames[4]
 yellow = np.uint8([255, 220, 0])
-overlays = {f"depth outlines, zoom {zoom:g}": np.where(outlines(slam.depth, zoom)[..., None], yellow, slam.color)
-            for zoom in (1.0, 1.6)}
-show.images(overlays, alt="A black stand on a floor, with the outlines of its depth image in yellow. At zoom 1 the yellow "
-                          "arch of the foot is smaller than the foot and lies beside its edges; at zoom 1.6 it lies on them.")
+overlays = {f"depth outlines, zoom {zoom:g}":
+            np.where(outlines(slam.depth, zoom)[..., None], yellow, slam.color) for zoom in (1.0, 1.6)}
+show.images(overlays, alt="A black stand on a floor, with the outlines of its depth image in yellow. At zoom 1 the "
+                          "yellow arch of the foot is smaller than the foot and lies beside its edges; at zoom "
+                          "1.6 it lies on them.")
 
 # %% [markdown]
 # Four recordings fit best as they are. This one fits no better than chance, and best when its depth is magnified: its depth camera

@@ -47,15 +47,15 @@ frame, depth, camera = room.frames[15], room.truth["depth"][15], room.camera
 # <code>np.tan</code> takes radians.</details>
 
 # %% tags=["expected", "hide-input"]
-angles = np.linspace(30, 130, 101)
+f = np.linspace(150, 1200, 200)
+angles = 2 * np.degrees(np.arctan2(320, f))
 fig, axis = plt.subplots(figsize=(6, 2.8), layout="constrained")
-curve = 320 / np.tan(np.radians(angles / 2))
-axis.plot(angles, curve, color=show.COLOURS["target"])
+axis.plot(angles, f, color=show.COLOURS["target"])
 axis.plot([90], [320], "o", color=show.COLOURS["outlier"])
-axis.annotate("90 degrees: 320", (90, 320), (97, 480))
+axis.annotate("90 degrees: 320", (90, 320), (93, 400))
 axis.set(xlabel="field of view (degrees)", ylabel="f (pixels)", title="Expected, for 640 pixels")
-picture(fig, alt=f"The expected focal length of a 640 pixel wide image falls from {curve[0]:.0f} pixels at {angles[0]:.0f} degrees "
-                 f"through 320 at 90 degrees to {curve[-1]:.0f} at {angles[-1]:.0f} degrees, ever more slowly.")
+picture(fig, alt=f"The expected focal length of a 640 pixel wide image falls from {f[-1]:.0f} pixels at "
+                 f"{angles[-1]:.0f} degrees through 320 at 90 degrees to {f[0]:.0f} at {angles[0]:.0f} degrees.")
 
 
 # %% tags=["task"]
@@ -87,10 +87,8 @@ check("03-1", focal_length)
 # <code>np.where(depth &gt; 0, depth, np.nan)</code>; <code>np.stack([x, y, z], axis=-1)</code></details>
 
 # %% tags=["expected", "hide-input"]
-rows_, columns_ = np.nonzero(depth)
-lifted = depth[rows_, columns_, None] * np.stack(
-    [(columns_ - camera.cx) / camera.fx, (rows_ - camera.cy) / camera.fy, np.ones(len(rows_))], axis=1)
-show((lifted, frame.color[rows_, columns_]), view="iso", frame="camera", title="Expected: the room as points")
+show(frame, view="iso", title="Expected: a frame of the room as points",
+     alt="The table, the back wall with its posters and the bookshelf as a cloud, from above at an angle.")
 
 
 # %% tags=["task"]
@@ -129,24 +127,19 @@ check("03-2", deproject)
 # <details><summary>Hint 3: call</summary><code>keep = depth &gt; 0</code></details>
 
 # %% tags=["expected", "hide-input"]
-stored = np.round(depth * 2000).astype(np.uint16)  # this recording has 2000 steps a metre
-too_deep = stored / 1000
-keep = (too_deep > 0) & (too_deep < 3)
-rows_, columns_ = np.nonzero(keep)
-given = too_deep[keep][:, None] * np.stack(
-    [(columns_ - camera.cx) / camera.fx, -(rows_ - camera.cy) / camera.fy, -np.ones(len(rows_))], axis=1)
-measured = depth > 0
-rows_, columns_ = np.nonzero(measured)
-wanted = depth[measured][:, None] * np.stack(
-    [(columns_ - camera.cx) / camera.fx, (rows_ - camera.cy) / camera.fy, np.ones(len(rows_))], axis=1)
-fig, axes = plt.subplots(1, 2, figsize=(8, 4), layout="constrained")
-for axis, points, name in [(axes[0], given, "given"), (axes[1], wanted, "expected")]:
-    axis.plot(points[::50, 0], points[::50, 2], ".", ms=1, color=show.COLOURS["target"])
-    axis.plot([0], [0], "o", color=show.COLOURS["outlier"], label="camera")
-    axis.set(title=f"{name}: {len(points):,} points from above", xlabel="x (m)", ylabel="z (m)", aspect="equal")
-axes[0].legend()
-picture(fig, alt=f"From above: the given code returns {len(given):,} points, all behind the camera, at most {-given[:, 2].min():.1f} m away. "
-                 f"Expected are {len(wanted):,} points in front of it, up to {wanted[:, 2].max():.1f} m away.")
+stored = np.round(depth * 1500).astype(np.uint16)  # this recording has 1500 steps a metre
+
+
+def lifted(z, keep, signs):
+    v, u = np.nonzero(keep)
+    rays = np.stack([(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, np.ones(len(u))], axis=1)
+    return z[keep][:, None] * rays * signs, frame.color[keep]
+
+
+given = stored / 1000
+show.panels({"given": lifted(given, (given > 0) & (given < 3), [1, -1, -1]), "expected": lifted(depth, depth > 0, 1)},
+            frame="camera", view="iso",
+            alt="Given: part of a table and a rug on their heads, without the walls, too large. Expected: the room.")
 
 
 # %% tags=["task"]
@@ -188,8 +181,10 @@ tum = data.load("tum_pair")
 real_color, real_raw = tum.raw(0)
 try:
     cloud = cloud_from_raw(real_raw, real_color, 5000, tum.camera.matrix)
-    if len(cloud["points"]) > 1000:
-        display(show((cloud["points"], cloud["colors"]), view="iso", frame="camera", title="Your cloud of the TUM desk"))
+    near = cloud["points"][:, 2] < 3.5  # only for the picture: what lies far behind would make the desk small
+    if near.sum() > 1000:
+        display(show((cloud["points"][near], cloud["colors"][near]), views=["front", "side"], frame="camera",
+                     title="Your cloud of the TUM desk"))
     else:
         print(f"{len(cloud['points'])} points are left of {np.count_nonzero(real_raw):,} measured pixels.")
 except NotImplementedError as todo:
@@ -224,13 +219,17 @@ makers = [
 ]
 order = np.random.default_rng(2270).permutation(6)
 clouds = {letter: makers[i]() for letter, i in zip("ABCDEF", order, strict=True)}
-fig, axes = plt.subplots(2, 3, figsize=(9, 7), layout="constrained")
+fig, axes = plt.subplots(2, 3, figsize=(7.5, 8.2), sharex=True, sharey=True, layout="constrained")
 for axis, (letter, points) in zip(axes.ravel(), clouds.items(), strict=True):
-    axis.plot(right[60, :, 0], right[60, :, 2], ".", ms=3, color=show.COLOURS["reference"], label="right")
-    axis.plot(points[60, :, 0], points[60, :, 2], ".", ms=1.5, color=show.COLOURS["outlier"], label="spoiled")
-    axis.set(title=letter, xlabel="x (m)", ylabel="z (m)", aspect="equal")
-axes[0, 0].legend(markerscale=4)
-lost = {letter: 100 * (1 - np.isfinite(points[..., 2]).sum() / np.isfinite(z).sum()) for letter, points in clouds.items()}
+    axis.plot(right[60, :, 0], right[60, :, 2], ".", ms=5, color=show.COLOURS["reference"], label="right")
+    axis.plot(points[60, :, 0], points[60, :, 2], ".", ms=2, color=show.COLOURS["outlier"], label="spoiled")
+    axis.plot([0], [0], "^", color=show.COLOURS["truth"], ms=8, label="camera")
+    axis.set(title=letter, aspect="equal")
+for axis in axes[1]:
+    axis.set_xlabel("x (m)")
+for axis in axes[:, 0]:
+    axis.set_ylabel("z (m)")
+axes[0, 0].legend(loc="lower left", fontsize=9)
 picture(fig, alt="Row 60 of six spoiled clouds from above, over the right one. " + " ".join(
     f"{letter}: from x = {np.nanmin(points[60, :, 0]):.2f} to {np.nanmax(points[60, :, 0]):.2f} m, "
     f"z from {np.nanmin(points[60, :, 2]):.2f} to {np.nanmax(points[60, :, 2]):.2f} m."
@@ -316,9 +315,9 @@ def explain():
     """Your explanation, at most 60 words."""
     # BEGIN SOLUTION
     return (
-        "A wrong f multiplies x and y of every point by the same factor and leaves z alone. So the picture from the front is the "
-        "right one, only magnified, and flat walls stay flat. Measure something of known length that lies across the image, "
-        "such as a table's width: it is wrong by exactly that factor."
+        "A wrong f multiplies x and y of every point by the same factor and leaves z alone. So the picture "
+        "from the front is the right one, only magnified, and flat walls stay flat. Measure something of known "
+        "length that lies across the image, such as a table's width: it is wrong by exactly that factor."
     )
     # END SOLUTION
 

@@ -11,7 +11,7 @@ import numpy as np
 import open3d as o3d
 import pytest
 
-from course_lib import cameras, tasks
+from course_lib import cameras, tasks, transforms
 from course_lib.tasks.mistakes_03 import CAUSE_OF
 
 ROOT = Path(__file__).parents[2]
@@ -154,6 +154,24 @@ def test_the_unregistered_recording_is_found_out(lesson):
     assert curve[10] == pytest.approx(0.52, abs=0.02), "no better than chance, 0.5"
     assert max(curve, key=curve.get) in (15, 16, 17)
     assert max(curve.values()) - curve[10] > 0.07
+
+
+def test_the_stickers_of_break_it_lie_across_the_image(lesson):
+    """In the lesson's frame both are measured, at nearly one depth, so one known length gives the focal length back."""
+    from course_lib.notebook import data
+
+    room = data.load("living_room")
+    number = int(re.search(r"room\.frames\[(\d+)\]", LESSON.read_text(encoding="utf-8"))[1])
+    frame, c = room.frames[number], room.camera
+    stickers = np.array([[-0.65, -0.22, 0.75], [0.65, -0.22, 0.75]])
+    points = transforms.apply(transforms.invert(frame.T_world_camera), stickers)
+    pixels = np.rint(lesson["project"](points, c.fx, c.fy, c.cx, c.cy)).astype(int)
+    assert np.abs(frame.depth[pixels[:, 1], pixels[:, 0]] - points[:, 2]).max() < 0.03
+    assert abs(points[0, 2] - points[1, 2]) < 0.1
+    lazy = lesson["deproject"](frame.depth, 525, 525, c.cx, c.cy)[pixels[:, 1], pixels[:, 0]]
+    measured = np.linalg.norm(lazy[1] - lazy[0])
+    assert measured == pytest.approx(1.3 * c.fx / 525, abs=0.02)
+    assert 525 * measured / 1.3 == pytest.approx(c.fx, rel=0.015)
 
 
 def test_the_letters_of_task_4_are_those_of_its_picture():
