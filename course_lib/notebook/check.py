@@ -123,15 +123,16 @@ def _passed(result: Result, outcomes: list[Outcome]) -> Card:
     task, count = result.task, len(result.verdicts)
     said = _said(outcomes)
     if result.status == "by hand":
-        words = f"{result.error} Your instructor marks it by hand, 0 to {task.points:g}."
-        return Card("by hand", task.label, f"ready to hand in · {_points(task.points)}", (words,), said)
+        words = f"{result.error} Only the length was checked; your instructor reads it and gives 0 to {task.points:g}."
+        state = f"ready to hand in · up to {_points(task.points)}, marked by hand"
+        return Card("by hand", task.label, state, (words,), said)
     if task.kind == "open":
         state = f"passed · {result.points:g} of {_points(task.points)}"
         return Card("passed", task.label, state, (f"{result.error} This is the median of {count} scenes.",), said)
-    cases = {1: "the case", 2: "both cases"}.get(count, f"all {count} cases")
+    cases = {1: "", 2: " in both cases"}.get(count, f" in all {count} cases")
     worst = max(verdict.ratio for verdict in result.verdicts)
     counted = result.verdict.unit in ("%", "wrong")  # of these, right is right
-    words = f"Right in {cases}." if counted else f"Right in {cases}, {band(worst)}."
+    words = f"Right{cases}." if counted else f"Right{cases}, {band(worst)}."
     return Card("passed", task.label, f"passed · {_points(task.points)}", (words,), said)
 
 

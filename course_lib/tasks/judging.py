@@ -41,6 +41,7 @@ class Result:
     told : what that case gave, in words.
     recognised : the misconceptions that fit; more than one where the cases cannot tell them apart.
     score : 0 to 1.
+    several : whether no one misconception fits, but different ones fit different cases.
     """
 
     task: Task
@@ -50,6 +51,7 @@ class Result:
     told: str
     recognised: tuple[Misconception, ...]
     score: float
+    several: bool = False
 
     @property
     def passed(self) -> bool:
@@ -76,7 +78,8 @@ class Result:
         """The second help: "This looks like …", or "" where nothing is recognised."""
         if not self.recognised:
             return ""
-        return "This looks like " + ", or like ".join(m.message.strip().rstrip(".") for m in self.recognised) + "."
+        between = ", and in another case like " if self.several else ", or like "
+        return "This looks like " + between.join(m.message.strip().rstrip(".") for m in self.recognised) + "."
 
     @property
     def where(self) -> str:
@@ -122,9 +125,13 @@ def judge_all(task: Task, cases: Sequence[Case], outcomes: Sequence[Outcome]) ->
     if not passed:
         status = outcomes[worst].kind if outcomes[worst].kind in ("not started", "raised") else "failed"
     recognised = () if status in ("passed", "by hand", "not started") else recognise(task, cases, outcomes, verdicts)
+    several = False
+    if not recognised and status == "failed":
+        recognised = recognise_by_case(task, cases, outcomes, verdicts)
+        several = len(recognised) > 1
     case = cases[worst]
     told = given_text(case.given) + (f" ({case.name})" if case.name else "")
-    return Result(task, status, verdicts, worst, told, recognised, score)
+    return Result(task, status, verdicts, worst, told, recognised, score, several)
 
 
 def _verdict(task: Task, case: Case, outcome: Outcome) -> Verdict:
@@ -224,6 +231,26 @@ def recognise(
         for m in task.misconceptions
         if any(_explains(task, source, cases, outcomes, verdicts) for source in m.sources)
     )
+
+
+def recognise_by_case(
+    task: Task, cases: Sequence[Case], outcomes: Sequence[Outcome], verdicts: Sequence[Verdict]
+) -> tuple[Misconception, ...]:
+    """Two mistakes at once: what explains the failed cases one by one; nothing if one of them stays unexplained."""
+    found: dict[str, Misconception] = {}
+    for case, outcome, verdict in zip(cases, outcomes, verdicts, strict=True):
+        if verdict.passed:
+            continue
+        fit = [m for m in task.misconceptions if _explains_one(task, m, case, outcome, verdict)]
+        if not fit:
+            return ()
+        if not any(m.name in found for m in fit):
+            found[fit[0].name] = fit[0]
+    return tuple(found.values())
+
+
+def _explains_one(task: Task, misconception: Misconception, case: Case, outcome: Outcome, verdict: Verdict) -> bool:
+    return any(_explains(task, source, [case], [outcome], [verdict]) for source in misconception.sources)
 
 
 def _explains(

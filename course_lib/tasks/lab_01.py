@@ -6,6 +6,7 @@ All images are drawn here in NumPy: a slanted wall with things before it, so tha
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -370,7 +371,17 @@ def _judge_flying(case: Case, answer: Plain) -> Verdict:
     shaped = judge_array(answer, np.zeros(case.truth.shape, bool), np.inf, what="the mask")
     if not shaped.passed:
         return refuse(shaped.message, _BANDS[0][0])
-    return judge_band(1 - _f1(np.asarray(answer, bool), case.truth), _BANDS, what="1 - F1")
+    marked = np.asarray(answer, bool)
+    verdict = judge_band(1 - _f1(marked, case.truth), _BANDS, what="1 - F1")
+    hits = float((marked & case.truth).sum())
+    precision, recall = hits / max(float(marked.sum()), 1.0), hits / max(float(case.truth.sum()), 1.0)
+    advice = "you mark too many" if precision < recall else "you mark too few"
+    return replace(
+        verdict,
+        message=f"Precision is {precision:.1f} and recall {recall:.1f}"
+        + (f": {advice}. " if verdict.score < 1 else ". ")
+        + verdict.message,
+    )
 
 
 def _mask_distance(case: Case, a: Plain, b: Plain) -> float:
@@ -441,7 +452,7 @@ _TASK_5 = Task(
             "def flying_pixels(depth):\n    return np.zeros(depth.shape, bool)\n",
         ),
     ),
-    where="lesson 01, section 5 (holes, flying pixels, and where depth ends)",
+    where="lesson 01, section 5 (holes, flying pixels, and where depth ends), and this task's hints",
 )
 
 

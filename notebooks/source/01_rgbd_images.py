@@ -30,8 +30,8 @@ frame = room.frames[0]
 show(frame, title="One RGB-D frame: what the camera saw, and how far away it was")
 
 # %% [markdown]
-# Left: a photograph. Right: the same view again, but every pixel holds a distance. The grey speckles along the edges are
-# pixels where the camera measured nothing. Everything in this course starts from such a pair.
+# Left: a photograph. Right: the same view again, but every pixel holds a distance. In the pink areas
+# the camera measured nothing. Everything in this course starts from such a pair.
 #
 # ## Card
 #
@@ -40,8 +40,8 @@ show(frame, title="One RGB-D frame: what the camera saw, and how far away it was
 # | **You will** | read a depth image in metres; tell depth from range; find the pixels without a measurement; predict what 8 bits, a wrong scale or a careless resize do, in millimetres |
 # | **Minutes** | 45 for the core, 60 for the lab |
 # | **Before** | lesson 00; NumPy arrays and slicing |
-# | **Teaches** | the report, section 3; the lecture, "Depth map to point cloud" |
-# | **Data** | `living_room` (simulated, with truth); real frames from TUM, SUN, NYU, Redwood and two RealSense cameras |
+# | **Teaches** | sections 3 and 8 of *the report* and "Depth map to point cloud" of *the lecture*: two of the three documents from which this course grew, whose claims it tests |
+# | **Data** | `living_room` (simulated, with truth); real frames in five encodings: TUM, SUN, NYU, Redwood, RealSense |
 #
 # Two questions from lesson 00, before you read on:
 #
@@ -85,8 +85,7 @@ report("mean depth, zeros taken for depths", depth.mean(), "m")
 report("mean depth of the measured pixels", depth[valid].mean(), "m")
 
 # %% [markdown]
-# Two means, and only one of them is a distance. The zeros pull the first one towards the camera. This is the most common
-# mistake with depth images, and no library warns you.
+# Two means, and only one of them is a distance. The zeros pull the first one towards the camera. It is easily made, and no library warns you.
 #
 # This frame is simulated, so we can ask how good the measurement is. The simulator also kept the depth without noise.
 
@@ -105,8 +104,9 @@ report("pixels wrong by more than 3 % of their depth", 100 * (np.abs(depth - tru
 # cameras store z. A laser scanner measures range.
 #
 # For the pixel in the middle of the image, both are the same. Towards a corner the string runs at an angle and gets longer.
-# How much longer follows from one right-angled triangle. With the focal length $f$ in pixels and the principal point
-# $(c_x, c_y)$ in the middle of the image (lesson 03 explains both):
+# How much longer follows from right-angled triangles. Let $(c_x, c_y)$ be the pixel that looks straight ahead, and $f$ the number of
+# pixels to the side of it at which a pixel looks along 45° (lesson 03 explains both). At depth $z$, pixel $(u, v)$ looks
+# $z\,(u-c_x)/f$ to the side and $z\,(v-c_y)/f$ down. The string joins the lens with the end of these three sides:
 #
 # $$\text{range} = z \sqrt{1 + \left(\tfrac{u-c_x}{f}\right)^2 + \left(\tfrac{v-c_y}{f}\right)^2}$$
 
@@ -130,7 +130,7 @@ guess = None  # metres, for example 2.1
 wall = np.full((480, 640), 2.0)
 string = range_from_depth(wall, f=525, cx=319.5, cy=239.5)
 predict("How far away is the corner of the wall?", guess, string[0, 0], "m",
-        why="The corner pixel looks almost 40 degrees away from the middle: the string runs at that angle.", digits=4)
+        why="The corner pixel looks 37 degrees away from the middle: the string runs at that angle.", digits=4)
 
 # %%
 fig, axes = plt.subplots(1, 2, figsize=(9, 3.2), layout="constrained")
@@ -183,13 +183,13 @@ def to_metres(raw, steps_per_metre):
 assert to_metres(np.array([5000], np.uint16), 5000)[0] == 1.0  # the TUM convention
 assert np.array_equal(to_metres(raw, 1000), depth)
 
-report_table([[e.name, e.units_per_metre, 1000 / e.units_per_metre, " and ".join(map(str, e.no_data)) or "by formula"]
-              for e in rgbd.ENCODINGS.values()],
+linear = [e for e in rgbd.ENCODINGS.values() if e.form != "disparity"]  # all but NYU
+report_table([[e.name, e.units_per_metre, 1000 / e.units_per_metre, " and ".join(map(str, e.no_data))] for e in linear],
              columns=["encoding", "steps per metre", "one step in mm", "no data"])
 
 # %% [markdown]
 # Two of them need more than a division. SUN rotates the bits of each number by three places. NYU stores the raw
-# numbers of the first Kinect, from which depth follows by a formula. `rgbd.decode_depth(raw, encoding)` knows all five.
+# numbers of the first Kinect, from which depth follows by a formula, 351.3 / (1092.5 − raw) metres. `rgbd.decode_depth(raw, encoding)` knows all five.
 #
 # Nothing in the file says which encoding it uses. What happens if you pick the wrong one?
 
@@ -225,16 +225,17 @@ report("worst error after 8 bits and back", lost_mm.max(), "mm")
 # %%
 row, column = slice(340, 375), 200  # a piece of the floor
 fig, axis = plt.subplots(figsize=(8, 3.4), layout="constrained")
-axis.plot(np.arange(480)[row], truth[row, column], color=show.COLOURS["target"], lw=2, label="16 bits")
+axis.plot(np.arange(480)[row], truth[row, column], color=show.COLOURS["target"], lw=2, label="true depth")
 axis.step(np.arange(480)[row], back[row, column], color=show.COLOURS["outlier"], where="mid", label="8 bits and back")
 axis.set(xlabel="row v", ylabel="depth in metres", title=f"One column of the image (u = {column})")
 axis.legend()
 steps = len(np.unique(back[row, column]))
-picture(fig, alt=f"Depth down one column of the image. In 16 bits it is a smooth line; after 8 bits it is a staircase of "
+picture(fig, alt=f"Depth down one column of the image. The true depth is a smooth line; after 8 bits it is a staircase of "
                  f"{steps} steps, each {6000 / 255:.0f} mm high.")
 
 # %% [markdown]
-# A smooth floor becomes a staircase. Nothing can bring the lost digits back. Our library therefore refuses an 8-bit
+# A smooth floor becomes a staircase. The sensor's own noise at this distance is about as large. But noise averages out over many
+# pixels, and a staircase does not: whole patches of floor lie at one wrong depth. Nothing can bring the lost digits back. Our library therefore refuses an 8-bit
 # image where depth is asked for:
 
 # %%
@@ -246,9 +247,10 @@ except ValueError as refusal:
 # %% [markdown]
 # ## 5 Holes, flying pixels, and where depth ends
 #
-# A stereo depth camera has three habits. It leaves **holes** where it finds no match: beside edges, on blank walls,
-# on glass. At edges it invents **flying pixels** between the near thing and the far thing. And it grows less certain
-# with distance. (Lesson 14 explains why.) With truth we can see each.
+# A stereo depth camera has two eyes. It looks for each spot of one image in the other. Where it finds none, it leaves a **hole**:
+# beside edges, where only one eye can see, and in the mirror of a window. At edges it invents **flying pixels**, which hang between the near
+# thing and the far one. And it grows less certain with distance. (Lesson 14 explains why.) With truth we can see each. We call a pixel flying if
+# it is wrong by more than 3 % of its depth, far more than the noise.
 
 # %%
 wrong = both & (np.abs(depth - truth) > 0.03 * truth)
@@ -274,14 +276,15 @@ rows = []
 for near, far in zip(edges[:-1], edges[1:], strict=True):
     band = inside & (truth >= near) & (truth < far)
     if band.sum() > 500:
-        rows.append([f"{near:.1f}-{far:.1f} m", int(band.sum()), 1000 * float((depth - truth)[band].std())])
-report_table(rows, columns=["depth", "pixels", "spread of the error in mm"])
+        spread = 1000 * float((depth - truth)[band].std())
+        rows.append([f"{near:.1f}-{far:.1f} m", int(band.sum()), spread, spread / ((near + far) / 2) ** 2])
+report_table(rows, columns=["depth", "pixels", "spread of the error in mm", "divided by depth squared"], digits=2)
 
 # %% [markdown]
-# Twice as far is about four times as uncertain. A statement such as "accurate to 2 %" is therefore true at one distance only.
+# From 1.5 m on, the last column stays the same: twice as far is four times as uncertain. A statement such as "accurate to 2 %" is therefore true at one distance only.
 #
 # Two rows of the course's error budget are ours: the step of the stored numbers, and the noise. Both are stated for a surface
-# at 1.5 m, so that later lessons can be compared.
+# at 1.5 m, so that later lessons can be compared. (Rounding errs by anything up to half a step, evenly; the spread of that is step / √12.)
 
 # %%
 at_1500 = inside & (np.abs(truth - 1.5) < 0.1)
@@ -293,7 +296,7 @@ show.error_budget({"depth_step": (step_mm, step_mm / np.sqrt(12)), "depth_noise"
 # ## Report against reality
 #
 # The report says in section 3.2: "Darker Pixels: These represent points that are farther away". In section 8 it says that
-# clouds can be formed from colour and depth "of the same size". Everybody has believed both. Try the first one: where is
+# clouds can be formed from colour and depth "of the same size". Both sound plausible. Try the first one: where is
 # the number small, near or far?
 
 # %%
@@ -307,10 +310,13 @@ show.images(looks, alt="The same depth image drawn twice")
 
 # %% [markdown]
 # In the file, far is *large*. Drawn as it is, far is bright. "Darker is farther" is the choice of a drawing program that
-# turned the greys round. And 0 is not "the maximum depth": it is no data.
+# turned the greys round. And 0 is not "the maximum depth", as the report has it: it is no data. Look at the right picture: there, no data
+# is whiter than the nearest thing.
 #
 # Now the second claim. We give the simulated room a colour camera that sits 59 mm beside the depth camera, as in a D455. Both
 # images are 640x480. Are they the same view? Two images are **registered** when each pixel shows the same point in both.
+# (The same word as for the clouds of lesson 00, another thing.) To move a camera takes a little of lesson 02; here, look at the pictures. By how many
+# columns does a point move? 59 mm at depth $z$ span $f \cdot 0.059 / z$ columns.
 
 # %%
 from course_lib import transforms
@@ -321,7 +327,7 @@ beside = transforms.compose(frame.T_world_camera, transforms.from_rotation_trans
 other = sim_camera.render(scene, camera, beside)
 assert other.color.shape == color.shape
 
-shift = camera.fx * 0.059 / truth[both]
+shift = camera.fx * 0.059 / truth[both]  # this camera's f is shorter than 525
 report("the pixels differ by this many columns, median", np.median(shift), "px")
 report("for the nearest thing in view", shift.max(), "px")
 show.images({"colour camera": other.color, "depth camera's own view": color},
@@ -380,14 +386,14 @@ picture(fig, alt=f"The resized depth image twice. Mixed, {len(u):,} pixels marke
                  f"Picked, {int(invented(picked, depth).sum())} do.")
 
 # %% [markdown]
-# The number that exposes it: depths that none of the source pixels had. What a professional does: pick, never mix
+# (White: no data.) The number that exposes it: depths that none of the source pixels had. What a professional does: pick, never mix
 # (`cv2.INTER_NEAREST`, or our `rgbd.resize_depth`), or average only pixels of one surface. Zeros make it worse: mixing 0 with 2 m
 # invents a point in mid-air.
 
 # %% [markdown]
 # ## On real data
 #
-# Five kinds of camera, one table. Every row is read with its own encoding.
+# Five encodings, one table. Every row is read with its own encoding.
 
 # %% tags=["real-data"]
 # real data: tum_pair, sun_pair, nyu_pair, redwood_frames, realsense_planes, realsense_slam
@@ -403,21 +409,21 @@ report_table(rows, columns=["dataset", "encoding", "median as stored", "median i
 
 # %% tags=["real-data"]
 # real data: tum_pair, sun_pair, nyu_pair, redwood_frames, realsense_planes, realsense_slam
-fig, axes = plt.subplots(2, 5, figsize=(14, 4.6), layout="constrained")
-for (above, below), name in zip(axes.T, names, strict=False):
+fig, axes = plt.subplots(2, 6, figsize=(14, 4), layout="constrained")
+for (above, below), name in zip(axes.T, names, strict=True):
     metres = real[name].frames[0].depth
     above.imshow(real[name].frames[0].color)
     above.set_title(name)
     drawn = below.imshow(np.where(measured(metres), metres, np.nan), vmin=0.5, vmax=6)
 for axis in axes.ravel():
     axis.set(xticks=[], yticks=[])
-fig.colorbar(drawn, ax=axes[1], label="metres", extend="both")
-picture(fig, alt=f"{len(axes.T)} real cameras: an office desk, a corridor, a cellar, a chair at a window, a box on a floor. Colour above, "
+fig.colorbar(drawn, ax=axes, label="metres", extend="both", shrink=0.6)
+picture(fig, alt=f"{len(axes.T)} real cameras: an office desk, a corridor, a cellar, a chair at a window, a box on a floor, a dark stand. Colour above, "
                  "depth in metres on one scale below; white where nothing was measured.")
 
 # %% [markdown]
 # Read the TUM row as millimetres and its desk stands in the next building. Read the SUN row without rotating its bits and
-# the corridor gets a kilometre's worth of nonsense. Both pictures look fine. And one RealSense recording holds 65535:
+# its corridor becomes eight times as long. Both pictures look fine. And one RealSense recording holds 65535:
 
 # %% tags=["real-data"]
 # real data: tum_pair, sun_pair, realsense_slam
@@ -429,7 +435,7 @@ report("their depth, if you believe them", 65535 / 1000, "m")
 
 # %% [markdown]
 # 65535 is the largest 16-bit number: an overflow, not 65 metres. Our loader treats it as no data. The table still says that the
-# farthest pixel of this room lies as far as a church tower is high. A stereo camera that matches almost the same column in both images gets such
+# farthest pixel of `realsense_slam`, taken in a room, lies as far as a church tower is high. A stereo camera that matches almost the same column in both images gets such
 # depths. Cut off what the data sheet does not promise. Real frames differ from the
 # simulated one in another way, too: we have no truth for them. We can say that the numbers are plausible. We cannot say how wrong they are.
 
@@ -449,7 +455,7 @@ report("their depth, if you believe them", 65535 / 1000, "m")
 # ## Your own camera
 #
 # Change one line: `room = data.from_folder("path/to/my_recording", encoding="realsense")`. Save depth as 16-bit PNG, aligned to colour.
-# Everything in this lesson runs on it, except the cells that need truth.
+# Sections 1, 3 and "Break it" then speak of your camera; what needs `truth` does not run, because nobody knows the truth of your room.
 #
 # ## To the lab
 #
