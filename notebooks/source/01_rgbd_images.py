@@ -372,8 +372,6 @@ mixed = cv2.resize(depth, (320, 240), interpolation=cv2.INTER_LINEAR)
 picked = rgbd.resize_depth(depth, 320, 240)
 report("invented depths, cv2.resize as it comes", int(invented(mixed, depth).sum()), "pixels")
 report("invented depths, one of the pixels picked", int(invented(picked, depth).sum()), "pixels")
-
-# %%
 ghosts = invented(mixed, depth)
 fig, axes = plt.subplots(1, 2, figsize=(9, 3.4), layout="constrained")
 for axis, image, name in zip(axes, [mixed, picked], ["mixed", "picked"], strict=True):

@@ -229,7 +229,7 @@ check("01-4", causes)
 # Write a function that marks flying pixels: measured pixels that hang between a near and a far surface. You get the depth
 # image of a noisy depth camera, and you are scored by F1 against the truth: the harmonic mean of *precision* (how many of the
 # marked are flying) and *recall* (how many of the flying are marked). A perfect mask has F1 = 1. The score is the median over
-# five scenes: `1 - F1` under 0.40 earns half a point, under 0.25 one, under 0.15 all three. 
+# five scenes: `1 - F1` under 0.40 earns half a point, under 0.25 one, under 0.15 all three.
 #
 # The things stand between 0.6 m and 6 m. As in section 5, the noise grows with the square of the depth; here its spread is 6 mm
 # times z², with z in metres (the small images are noisier than the room). Call a pixel flying if it is wrong by far more than that.
