@@ -95,10 +95,12 @@ def _stored(tree: Tree, quick: bool) -> list[Path]:
 
 
 def _left_out(tree: Tree) -> list[str]:
-    """What --quick does not run: tasks and notebooks of later labs."""
+    """What --quick does not run: slow tests, and tasks of later labs, by their files and by ids such as [03-2]."""
     tests = sorted((tree.tests_folder / "tasks").glob("test_lab_*.py"))
     later = [path for path in tests if path.stem.removeprefix("test_lab_")[:2] not in QUICK_TASKS]
-    return [f"--ignore={path}" for path in later] + ["-m", "not slow"]
+    labs = [lab.number for lab in tree.labs() if lab.number not in QUICK_TASKS]
+    tasks = ["-k", " and ".join(f"not [{number}-" for number in labs)] if labs else []
+    return [*(f"--ignore={path}" for path in later), *tasks, "-m", "not slow"]
 
 
 def pytest_words(tree: Tree, folder: Path, quick: bool, workers: int, more: Sequence[str]) -> list[str]:

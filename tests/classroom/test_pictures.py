@@ -19,7 +19,7 @@ import matplotlib.pyplot as plt
 
 
 def _pixels(draw: Callable[[plt.Figure], None], dpi: int, colours: int = 0) -> np.ndarray:
-    figure = plt.figure(figsize=(6, 4))
+    figure = plt.figure(figsize=(5, 3))
     draw(figure)
     file = io.BytesIO()
     figure.savefig(file, dpi=dpi)
@@ -87,7 +87,7 @@ def _in_3d(figure: plt.Figure) -> None:
     figure.add_subplot(projection="3d").scatter([1, 2], [1, 3], [2, 3])
 
 
-SIZES = [(72, 0), (100, 64), (200, 0), (200, 64)]
+SIZES = [(100, 0), (200, 64)]  # the second is how a notebook stores it
 
 
 @pytest.mark.parametrize(("dpi", "colours"), SIZES)

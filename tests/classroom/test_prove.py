@@ -109,14 +109,19 @@ def test_quick_leaves_out_later_labs_and_slow_tests(tmp_path: Path) -> None:
     tests.mkdir(parents=True)
     for lab in ("00", "01", "02", "03"):
         (tests / f"test_lab_{lab}.py").touch()
+    sources = tmp_path / "solutions" / "source"
+    sources.mkdir(parents=True)
+    for name in ("01_a", "02_b", "03_c"):
+        (sources / f"{name}.py").touch()
     words = pytest_words(Tree(tmp_path), tmp_path, quick=True, workers=2, more=["-x"])
     ignored = [Path(word.removeprefix("--ignore=")).name for word in words if word.startswith("--ignore=")]
     assert ignored == ["test_lab_02.py", "test_lab_03.py"]
     assert words[words.index("not slow") - 1] == "-m"
+    assert words[words.index("-k") + 1] == "not [02- and not [03-"
     assert "-x" in words
     full = pytest_words(Tree(tmp_path), tmp_path, quick=False, workers=2, more=[])
     assert not any(word.startswith("--ignore=") for word in full)
-    assert "not slow" not in full
+    assert not {"not slow", "-k"} & set(full)
 
 
 def _error(name: str, value: str) -> list:
