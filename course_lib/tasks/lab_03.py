@@ -250,8 +250,8 @@ TASKS = (
             "0: says that the picture, the depth or the camera must be faulty, or repeats that f is wrong.",
             "1: says that a wrong focal length only stretches x and y, or that the front view shows directions only; "
             "or names a measurement that exposes it.",
-            "2: both: x and y are stretched alike while z is right, so every point stays in the same direction on the "
-            "picture; and one known length (or a right angle that is not parallel to the image) exposes it.",
+            "2: both: x and y are stretched alike while z is right, so from the camera's place the picture is only "
+            "magnified; and one known length (or a right angle that is not parallel to the image) exposes it.",
         ),
         where="lesson 03, Break it (the front view hides it)",
     ),

@@ -193,7 +193,8 @@ report("points, Open3D", len(by_open3d.points))
 # the colour of pixel `[v, u]`.
 #
 # Equation 9 reads $z = z$. So the document never says where z comes from. A depth camera hands it to us. From two colour
-# cameras, as on that UAV, it must be computed first: $z = fB/d$ (lesson 14).
+# cameras, as on that UAV, it must be computed first: $z = fB/d$, with $B$ the distance between the cameras and $d$ the
+# pixels by which a thing moves from one image to the other (lesson 14).
 #
 # Are the points *right*? In the simulated room we can ask. We take the cloud to the world with the true pose and measure
 # the distance of each point to the true surface.
@@ -274,8 +275,8 @@ picture(fig, alt="One image row from above, right and spoiled. A wrong focal len
                  f"up to {nearer:.2f} m nearer. A wrong scale shrinks the room towards the camera.")
 
 # %% [markdown]
-# The last mistake loses points instead of moving them. `RGBDImage.create_from_color_and_depth`, which the report calls, has a
-# `depth_trunc` of 3 metres unless you say otherwise:
+# The last mistake loses points instead of moving them. `RGBDImage.create_from_color_and_depth`, which the report's
+# appendix calls, has a `depth_trunc` of 3 metres unless you say otherwise:
 
 # %%
 def by_default(color, depth):
@@ -293,7 +294,7 @@ report("cut off its far end", 1000 * float(truth.max() - cut.max()), "mm")
 # %% [markdown]
 # No warning, no error: the far wall is gone. Truncating is useful, because far depth is bad depth. But choose it yourself.
 #
-# One of the mistakes is small enough to stay unnoticed. It opens this lesson's row in the error budget:
+# One of the mistakes is small enough to stay unnoticed. It becomes this lesson's row in the error budget:
 
 # %%
 half_pixel_mm = 1000 * np.linalg.norm(spoiled["half a pixel"] - right, axis=-1)[near].mean()
@@ -359,7 +360,7 @@ report_table(rows, columns=["reading", "f (pixels)", "points off by, median (mm)
 # | UAV eq. 2: fy = fx | holds for square pixels; real cameras differ by parts of a pixel | `realsense_planes`, below |
 # | UAV eq. 3 and 4: cx = width / 2 | half a pixel too much where centres lie at whole numbers | table in section 4 |
 # | UAV eq. 5 to 8: projection and its inverse | they hold | sections 1 and 3 |
-# | UAV eq. 9: z = z, "from disparity image" | z is never computed; missing is z = f B / d, with the baseline B and the disparity d (lesson 14) | reading |
+# | UAV eq. 9: z = z, for points "from a disparity image" | z is never computed; z = f B / d is missing | reading; section 3 |
 # | Report 8: images "of the same size" make a cloud | they must show the same view | On real data, below |
 # | Report 8: "the same code" for your own images | it says `PrimeSenseDefault`: wrong f for every other camera | Break it |
 # | Report 8: the flip in `pcd.transform` | for viewing only | section 5 |
@@ -378,15 +379,15 @@ show.panels({"its own f": cloud, "f = 525": pointcloud.PointCloud(lazy[seen], cl
             alt="Two pictures of the room from where the camera stood. They are the same.")
 
 # %% [markdown]
-# There is no difference to see. A wrong f multiplies x and y by one number and leaves z, so every point stays on its own ray, and
-# a flat wall stays flat. So measure. Two stickers on the table lie 1.3 m apart by tape, near the table's left and right end, and
+# There is no difference to see. A wrong f multiplies x and y by one number and leaves z. From the camera's place that is a magnified
+# picture and nothing else, and flat walls stay flat. So measure. Two stickers on the table lie 1.3 m apart by tape, near the table's left and right end, and
 # `project` says which pixels show them.
 
 # %% tags=["prediction"]
 guess = None  # metres
 
 tape = 1.3
-stickers = np.array([[-0.65, -0.22, 0.75], [0.65, -0.22, 0.75]])  # in the world
+stickers = np.array([[-0.65, -0.22, 0.75], [0.65, -0.22, 0.75]])  # in the world; you would click on them
 seen_from_here = transforms.apply(transforms.invert(frame.T_world_camera), stickers)
 (u1, v1), (u2, v2) = np.rint(project(seen_from_here, c.fx, c.fy, c.cx, c.cy)).astype(int)
 measured = np.linalg.norm(lazy[v2, u2] - lazy[v1, u1])
@@ -526,9 +527,9 @@ show.images(overlays, alt="A black stand on a floor, with the outlines of its de
 # - Real lenses bend rays. `course_lib.cameras` deprojects with Brown's distortion model; lesson 11 measures it.
 # - Where z comes from: with two cameras a baseline B apart, z = f B / d for a disparity of d pixels (lesson 14). That is the line that
 #   the UAV document's equations leave out; OpenCV's `reprojectImageTo3D` does it.
-# - Open3D mixes two conventions: `create_from_depth_image` puts pixel centres at whole numbers, `RaycastingScene` and
-#   `VoxelBlockGrid` half a pixel beside. Give the latter K with cx + 0.5 and cy + 0.5.
-# - A wrong f is an affine map: planes stay planes and parallels stay parallel, but right angles that are not aligned with the image
-#   bend, and no rigid registration repairs it (lesson 07).
+# - Open3D mixes two conventions: `create_from_depth_image` puts pixel centres at whole numbers, `create_rays_pinhole` and
+#   `VoxelBlockGrid` half a pixel beside. Give the latter two cx + 0.5 and cy + 0.5.
+# - A wrong f is an affine map: planes stay planes and parallels stay parallel, but right angles that do not lie along the
+#   image's axes change, and no rigid registration repairs it (lesson 07).
 # - Hartley and Zisserman, *Multiple View Geometry in Computer Vision*, 2nd edition, chapter 6. Intel, *Projection in RealSense SDK
 #   2.0*: the two cameras of a device, and `align`.

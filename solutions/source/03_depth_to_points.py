@@ -146,15 +146,13 @@ show.panels({"given": lifted(given, (given > 0) & (given < 3), [1, -1, -1]), "ex
 def cloud_from_raw(raw, color, units_per_metre, camera_matrix):
     """Points (N, 3) in metres and colours (N, 3) of the measured pixels of a stored frame, row by row."""
     # BEGIN SOLUTION
-    # stored steps to metres, with this camera's scale
+    # three lines hold a number or a sign that belongs to somebody else's camera or viewer
     depth = raw / units_per_metre
-    # every measured pixel, however far away
     keep = depth > 0
     v, u = np.nonzero(keep)
     z = depth[v, u]
     x = (u - camera_matrix[0, 2]) * z / camera_matrix[0, 0]
     y = (v - camera_matrix[1, 2]) * z / camera_matrix[1, 1]
-    # the camera's own axes: y down, z forward
     points = np.stack([x, y, z], axis=1)
     return {"points": points, "colors": color[keep]}
     # INSTEAD
