@@ -110,12 +110,12 @@ def pytest_words(tree: Tree, folder: Path, quick: bool, workers: int, more: Sequ
     return [
         *(sys.executable, "-P", "-m", "pytest", "-c", str(ini), "--rootdir", str(tree.root)),
         *("-p", "no:cacheprovider", "-p", "no:dash", "-q", "--color=no", "--durations=8"),
-        *("-n", str(workers), "--dist", "loadfile"),
+        *("-n", str(workers), "--dist", "loadfile", "--no-loadscope-reorder"),  # the long ones, notebooks, come first
         *("--nbval", "--nbval-current-env", f"--nbval-cell-timeout={CELL_SECONDS}"),
         f"--nbval-kernel-startup-timeout={START_SECONDS}",
         *(_left_out(tree) if quick else ()),
         *more,
-        *(str(place) for place in (tree.tests_folder, folder / COPIES) if place.exists()),
+        *(str(place) for place in (folder / COPIES, tree.tests_folder) if place.exists()),
     ]
 
 
@@ -139,10 +139,9 @@ def prove(tree: Tree, quick: bool, workers: int, more: Sequence[str], say: Calla
         environment = kernel_environment(tree.root, folder / "ipython")
         environment.update(JUPYTER_RUNTIME_DIR=str(folder / "runtime"), COURSE_QUICK="1" if quick else "0")
         words = pytest_words(tree, folder, quick, workers, more)
-        code = subprocess.run(words, env=environment, cwd=tree.root, check=False).returncode
-    if skipped.cells:
-        say(skipped_line(skipped))
-    return code
+        if skipped.cells:
+            say(skipped_line(skipped))  # before the run: what pytest says stands last
+        return subprocess.run(words, env=environment, cwd=tree.root, check=False).returncode
 
 
 def _task_of_check(source: str) -> str | None:
