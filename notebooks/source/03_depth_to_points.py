@@ -483,7 +483,7 @@ report_table(rows, columns=["dataset", "agreement as stored", "best zoom of dept
              digits=2)
 
 # %% tags=["real-data"]
-# real data: realsense_slam
+# real data: tum_pair, sun_pair, redwood_frames, realsense_planes, realsense_slam
 slam = data.load("realsense_slam").frames[4]
 yellow = np.uint8([255, 220, 0])
 overlays = {f"depth outlines, zoom {zoom:g}":
