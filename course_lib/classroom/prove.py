@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import signal
 import subprocess
 import sys
 import tempfile
@@ -129,6 +130,8 @@ def prove(tree: Tree, quick: bool, workers: int, more: Sequence[str], say: Calla
     more : further words for pytest.
     say : prints a line.
     """
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as in a shell's background: Ctrl-C could not be tested
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     stored = _stored(tree, quick)
     with tempfile.TemporaryDirectory(prefix="course-test-", ignore_cleanup_errors=True) as name:
         folder = Path(name)

@@ -69,9 +69,9 @@ def off(by: float) -> object:
 
 def test_passing_card() -> None:
     card = check("90-1", off(0))
-    assert card.text == "✓ Task 1: a & b — passed · 4 points\n  Right in the case, well within tolerance."
+    assert card.text == "✓ Task 1: a & b — passed · 4 points\n  Right, well within tolerance."
     assert repr(card) == card.text
-    assert check("90-1", off(5e-4)).text.endswith("Right in the case, within tolerance.")
+    assert check("90-1", off(5e-4)).text.endswith("Right, within tolerance.")
 
 
 def test_help_grows_with_each_failure() -> None:
@@ -224,7 +224,7 @@ def test_choices_show_how_many_and_so_far() -> None:
     card = check("90-2", lambda: {"A": "flip", "B": "flip"})
     assert card.state == "so far 2 of 4 points" and card.band is None
     assert "Right: 1 of 2." in card.text
-    assert check("90-2", lambda: dict(WRONG)).text.endswith("Right in the case.")
+    assert check("90-2", lambda: dict(WRONG)).text.endswith("Right.")
 
 
 def test_open_task_shows_bands_and_points() -> None:
@@ -246,8 +246,8 @@ def test_explanation_is_ready_to_hand_in(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setenv("COURSE_STRICT", "1")
     card = check("90-4", lambda: "because")
     assert card.text == (
-        "✓ Task 4: a & b — ready to hand in · 4 points\n"
-        "  1 of at most 60 words. Your instructor marks it by hand, 0 to 4."
+        "✓ Task 4: a & b — ready to hand in · up to 4 points, marked by hand\n"
+        "  1 of at most 60 words. Only the length was checked; your instructor reads it and gives 0 to 4."
     )
     with pytest.raises(CheckFailed, match="write your explanation"):
         check("90-4", lambda: " ")
