@@ -63,6 +63,6 @@ TASKS = (
             ),
         ),
         hides=("course_lib.rgbd.decode_depth",),
-        where="lesson 01, section 3 (from stored numbers to metres)",
+        where="lesson 00, this lab: the two hints under task 1",
     ),
 )

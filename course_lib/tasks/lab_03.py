@@ -185,7 +185,9 @@ def _judge_focal(case: Case, answer: Plain) -> Verdict:
     if value <= 0:
         message = f"The focal length is {describe(value)}: expected a positive number of pixels."
         return refuse(message, _FOCAL_BANDS[0][0], "m")
-    return judge_band(abs(case.truth / value - 1.0), _FOCAL_BANDS, "m", what=what)
+    off = abs(case.truth / value - 1.0)
+    verdict = judge_band(off, _FOCAL_BANDS, "m", what=what)
+    return replace(verdict, message=verdict.message.replace("reaches no band", f"is {1000 * off:.0f} mm, in no band"))
 
 
 def _guess_focal(rng: np.random.Generator):
@@ -239,7 +241,7 @@ TASKS = (
         judge=_judge_focal,
         misconceptions=ESTIMATE_MISTAKES,
         guess=_guess_focal,
-        where="lesson 03, Break it (one known length gives the focal length back)",
+        where="lesson 03, Break it, for the idea, then this task's hints, for what slants in depth",
     ),
     Task(
         id="03-6", title="explain the front view", points=2, version=1, kind="explain",

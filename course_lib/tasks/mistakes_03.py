@@ -60,7 +60,7 @@ def _wrong_deproject(x: str = "(u - cx) * z / fx", y: str = "(v - cy) * z / fy",
 
 DEPROJECT_MISTAKES = (
     Misconception(
-        "range for z",
+        "z taken for range",
         "depth taken for the length of the ray, which bends a flat wall into a bowl: depth is z itself, so do not "
         "shorten it",
         _wrong_deproject(before="    z = z / np.sqrt(1 + ((u - cx) / fx) ** 2 + ((v - cy) / fy) ** 2)\n"),
@@ -165,13 +165,13 @@ MEND_MISTAKES = tuple(
 CAUSES = (
     "another camera's focal length",
     "another camera's depth scale",
-    "range for z",
+    "z taken for range",
     "rows for columns",
     "cut off at 3 m",
     "flip left in",
 )
 CAUSE_OF = {
-    "A": "range for z",
+    "A": "z taken for range",
     "B": "another camera's depth scale",
     "C": "flip left in",
     "D": "another camera's focal length",
@@ -195,7 +195,7 @@ WHICH_MISTAKES = (
     ),
     Misconception(
         "focal length for range",
-        "focal length and range taken for each other: a wrong focal length keeps walls flat, range bends them",
+        "focal length and range taken for each other: a wrong focal length keeps walls flat, z taken for range bends them",
         _swapped(CAUSES[0], CAUSES[2]),
     ),
     Misconception(
@@ -222,6 +222,15 @@ def _wrong_estimate(middle: str = "np.nanmedian", z: str = "depths",
             f"    return {middle}(np.hypot(x[:, 0] - x[:, 1], y[:, 0] - y[:, 1]) / beside)\n")
 
 
+def _break_it(middle: str, guess: int = 525) -> str:
+    """A guessed f times measured over true length, with the lengths measured in space."""
+    return ("def estimate_focal(pixels, depths, lengths, cx, cy):\n"
+            f"    x, y = (pixels[..., 0] - cx) * depths / {guess}, (pixels[..., 1] - cy) * depths / {guess}\n"
+            "    ends = np.stack([x, y, depths], axis=-1)\n"
+            "    measured = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)\n"
+            f"    return {guess} * {middle}(measured / lengths)\n")
+
+
 ESTIMATE_MISTAKES = (
     Misconception(
         "mean of all",
@@ -239,5 +248,11 @@ ESTIMATE_MISTAKES = (
         "one depth for both ends",
         "the mean depth used for both ends: each end has its own depth, and their difference is part of the length",
         _wrong_estimate(length="lengths", z="depths.mean(axis=1, keepdims=True)"),
+    ),
+    Misconception(
+        "Break it's rule on slanted things",
+        "Break it's rule, which holds for lengths that lie across the image; yours also slant in depth: take Δz out first",
+        _break_it("np.median"),
+        variants=(_break_it("np.mean"),),
     ),
 )

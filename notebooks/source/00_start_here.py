@@ -13,7 +13,7 @@
 # %% [markdown]
 # # 00 Start here
 #
-# **In ten minutes you go the whole way once: from a depth image to a 3D model, and to a number that says how wrong it is.**
+# **In a quarter of an hour you go the whole way once: from a depth image to a 3D model, and to a number that says how wrong it is.**
 #
 # Run a cell with Shift+Enter. Nothing can break: this is your own copy, and `python3 course.py reset 00` makes another.
 
@@ -42,6 +42,10 @@ show(room.frames[0], title="Where we start: a photograph, and how far away every
 # | **Teaches** | the report, sections 1 and 2 |
 # | **Data** | `living_room` (simulated, with truth); one frame of a real RealSense camera |
 #
+# This course grew from three documents. It calls them *the report* (3D reconstruction with Open3D and a D455), *the UAV document* (meshing
+# terrain from a drone's stereo camera) and *the lecture* (point clouds for robots). You need none of them: whatever a lesson tests, it
+# quotes.
+#
 # **Open3D** is the library that does the professional work here. It is free, open source and written in C++, with a Python face. It reads
 # clouds, meshes and RGB-D images. It aligns, filters and meshes them. It runs on a laptop without a graphics card.
 #
@@ -60,7 +64,7 @@ show(first, view="iso", title="The same image, as points in space")
 #
 # ## 2 Cleaned
 #
-# Specks hang in the air: the camera invented them. A filter removes points that have too few neighbours near by. (Lessons 04 and 05.)
+# First we keep one point in every 3 cm. Then the specks that hang in the air go: the camera invented them. A filter removes points that have too few neighbours near by. (Lessons 04 and 05.)
 
 # %%
 clouds = [o3d.geometry.PointCloud(o3d.utility.Vector3dVector(c.points.astype(float))) for c in (first, second)]
@@ -90,7 +94,7 @@ states, rows = [np.eye(4)], []
 for radius in (0.2, 0.05):
     result = icp.registration_icp(cleaned[1], cleaned[0], radius, states[-1], icp.TransformationEstimationPointToPlane())
     states.append(result.transformation)
-for name, T, radius in zip(["not aligned at all", "ICP, 20 cm", "ICP, then 5 cm"], states, (1.0, 0.2, 0.05), strict=True):
+for name, T, radius in zip(["not aligned, counted within 1 m", "ICP, within 20 cm", "then ICP, within 5 cm"], states, (1.0, 0.2, 0.05), strict=True):
     fitness = icp.evaluate_registration(cleaned[1], cleaned[0], radius, T).fitness
     rows.append([name, f"{fitness:.3f}", 1000 * transforms.pose_error(T, moved).metres])
 report_table(rows, columns=["state", "fitness", "true error in mm"], digits=2)
@@ -119,7 +123,7 @@ show((mesh, np.minimum(error_mm, 50)), label="error (50 = 50 or more)", unit="mm
 # %% [markdown]
 # ## 5 The same on a real camera
 #
-# The same lines run on a frame of a real RealSense camera. (If you see "skipped", the data is not on your machine yet. The message says how to get it.)
+# The first step runs on a real frame, too: this one is from a RealSense camera. (If you see "skipped", the data is not on your machine yet. The message says how to get it.)
 
 # %% tags=["real-data"]
 # real data: realsense_planes
@@ -127,8 +131,8 @@ real = data.load("realsense_planes").frames[-1]
 show(pointcloud.from_frame(real), views=["camera", "side"], title="A box seen by a RealSense, and the same points from the side")
 
 # %% [markdown]
-# It looks as good. How wrong is it? Nobody knows: there is no truth for this floor. That is why each lesson works on simulated data first, where errors can
-# be measured, and on real data after that.
+# From the side, the far wall is wavy; a real wall is flat. So something is wrong. How wrong is it? Nobody knows: nobody measured this
+# room. That is why each lesson works on simulated data first, where errors can be measured, and on real data after that.
 #
 # ## The map
 #

@@ -34,7 +34,8 @@ show(pointcloud.from_frame(frame), views=["camera", "iso"],
          "as a photograph; right from above at an angle, with white shadows behind everything near.")
 
 # %% [markdown]
-# Both pictures show the same points. The left one looks like a photograph. For the right one we walked around the scene,
+# Both pictures show the same points. The left one, labelled *sensor*, is drawn from where the camera stood and looks like a photograph; *iso* is
+# from above at an angle. For the right one we walked around the scene,
 # although the camera took one frame and never moved. White is what it could not see; the specks in the air are flying pixels
 # (lesson 01). This lesson is about the step from a depth image to such a cloud.
 #
@@ -96,9 +97,9 @@ picture(fig, alt=f"A point {x_drawn:g} m right of the optical axis and {z_drawn:
 #
 # $$u = f\,\frac{x}{z} + c_x, \qquad v = f\,\frac{y}{z} + c_y$$
 #
-# The **focal length** $f$ is the distance from the hole to the image. We count it in pixels, as we count the image: the triangle
-# asks for their ratio only. The **principal point** $(c_x, c_y)$ is the pixel straight ahead. Rows may have an $f$ of their own,
-# so we carry two: `fx` and `fy`.
+# The **focal length** $f$ is the distance from the hole to the image. Only the ratio of $u - c_x$ to $f$ matters, so both may be
+# in pixels. The **principal point** $(c_x, c_y)$ is the place in the image straight ahead. 640 columns are numbered 0 to 639, so the
+# middle is 319.5, not 320: $c_x = (W - 1)/2$. Rows may have an $f$ of their own, so we carry two: `fx` and `fy`.
 
 # %%
 def project(points, fx, fy, cx, cy):
@@ -125,7 +126,7 @@ assert np.allclose(project(points, c.fx, c.fy, c.cx, c.cy), by_opencv[:, 0])
 # ## 2 The focal length comes from the field of view
 #
 # Data sheets and simulators rarely give $f$. They give the **field of view**: the angle from one edge of the image to the
-# other. Half the image and half the angle make a right-angled triangle with $f$. So, as in equations 1 and 2,
+# other. Half the image and half the angle make a right-angled triangle with $f$, so
 # $f = \tfrac12 \text{width} / \tan(\tfrac12 \text{FOV})$. Four numbers, $f_x, f_y, c_x, c_y$, describe the camera at one
 # resolution. They are its **intrinsics**.
 
@@ -197,7 +198,8 @@ report("points, Open3D", len(by_open3d.points))
 # pixels by which a thing moves from one image to the other (lesson 14).
 #
 # Are the points *right*? In the simulated room we can ask. We take the cloud to the world with the true pose and measure
-# the distance of each point to the true surface.
+# the distance of each point to the true surface. A pose is a 4x4 matrix that says where the camera stands and how it is turned;
+# `apply(T, p)` moves points (lesson 02).
 
 # %%
 def to_surface_mm(points, frame=frame):
@@ -239,7 +241,7 @@ fov = 2 * np.arctan(320 / c.fx)
 whole = 320 / np.tan(fov)  # instead of fov / 2
 spoiled = {
     "focal length of another camera (525)": deproject(truth, 525, 525, c.cx, c.cy),
-    "range for z": deproject(truth / string, c.fx, c.fy, c.cx, c.cy),
+    "z taken for range": deproject(truth / string, c.fx, c.fy, c.cx, c.cy),
     "depth scale 5000 for 1000": deproject(truth / 5, c.fx, c.fy, c.cx, c.cy),
     "whole for half field of view": deproject(truth, whole, whole, c.cx, c.cy),
     "principal point of 320x240": deproject(truth, c.fx, c.fy, small.cx, small.cy),
@@ -256,7 +258,8 @@ report_table(rows, columns=["mistake", "sideways (mm)", "in depth (mm)"],
 
 # %% [markdown]
 # Look at the last column. Where it is zero, no depth reading will ever tell you. Seen from above, each mistake has a shape of its
-# own. Here is one row of pixels: it crosses the back wall, and on the right the bookshelf.
+# own; we draw the first three of the six. *z taken for range* lays the stored z along the slanted ray, as if it were the length of the string: so
+# each point ends too near, the more so the farther it is from the middle. Here is one row of pixels: it crosses the back wall, and on the right the bookshelf.
 
 # %%
 row = 60
@@ -269,9 +272,9 @@ for axis, (name, spoilt) in zip(axes, list(spoiled.items())[:3], strict=True):
     axis.set(title=name.replace(" of another camera", ""), xlabel="x (m)", aspect="equal", ylim=(-0.3, 4.5))
 axes[0].set_ylabel("z (m)")
 axes[0].legend(loc="center left", fontsize=9)
-nearer = np.nanmax(right[row, :, 2] - spoiled["range for z"][row, :, 2])
+nearer = np.nanmax(right[row, :, 2] - spoiled["z taken for range"][row, :, 2])
 picture(fig, alt="One image row from above, right and spoiled. A wrong focal length pulls everything towards "
-                 "the axis and keeps the back wall straight. Range for z bends it into an arc and brings points "
+                 "the axis and keeps the back wall straight. z taken for range bends it into an arc and brings points "
                  f"up to {nearer:.2f} m nearer. A wrong scale shrinks the room towards the camera.")
 
 # %% [markdown]
@@ -292,7 +295,8 @@ report("deepest point of the frame", float(truth.max()), "m")
 report("cut off its far end", 1000 * float(truth.max() - cut.max()), "mm")
 
 # %% [markdown]
-# No warning, no error: the far wall is gone. Truncating is useful, because far depth is bad depth. But choose it yourself.
+# No warning, no error: the bookshelf, the lamp and the lower part of the back wall are gone. (The camera looks down, so the wall's upper part
+# has the smaller z.) Truncating is useful, because far depth is bad depth. But choose it yourself.
 #
 # One of the mistakes is small enough to stay unnoticed. It becomes this lesson's row in the error budget:
 
@@ -314,18 +318,22 @@ assert np.linalg.det(np.diag(flip)) == 1  # a rotation: letters stay readable
 moved = transforms.apply(frame.T_world_camera, exact * flip) - transforms.apply(frame.T_world_camera, exact)
 report("how far a kept flip moves a point, median", np.median(np.linalg.norm(moved, axis=1)), "m")
 flipped = pointcloud.PointCloud(cloud.points * flip, cloud.colors)
-show.panels({"camera axes, y-up viewer": cloud, "flipped for that viewer": flipped},
+ceiling = room.mesh.vertices[:, 2].max()
+above = transforms.apply(frame.T_world_camera, exact * flip)[:, 2] > ceiling
+report("flipped points above the ceiling", 100 * above.mean(), "%", digits=2)
+show.panels({"camera axes: seen from behind": cloud, "flipped for that viewer": flipped},
             frame="object", view="front",
             alt="Left the room hangs upside down, seen from behind; right it stands, seen from the front.")
 
 # %% [markdown]
-# The pose expects x right, y down, z forward. Flipped points land behind the camera and under the floor. Keep the data in the
+# Nothing is mirrored on the left: a y-up viewer turns the room upside down and stands behind it. The pose expects x right, y down, z
+# forward. Flipped points land behind the camera, many of them above the ceiling. Keep the data in the
 # camera's axes and turn the *viewer*. Our `show` does that: it knows which way the camera's y points, and you never flip.
 
 # %% [markdown]
 # ## Report against reality
 #
-# Equation 1 of the UAV document computes $f_x$ from "width/tan(FOV/2)". Its camera lives in Unity, and Unity's field of view is
+# Equation 1 of the UAV document is the formula of section 2, printed as `fx = 0.5 * width/tan(FOV/2)`. Its camera lives in Unity, and Unity's field of view is
 # measured from top to bottom unless you change it. We put such a camera, 60 degrees high, where ours stands, cast one ray a pixel
 # at the true surface, and lift the exact depth in three ways.
 
@@ -380,23 +388,31 @@ show.panels({"its own f": cloud, "f = 525": pointcloud.PointCloud(lazy[seen], cl
 
 # %% [markdown]
 # There is no difference to see. A wrong f multiplies x and y by one number and leaves z. From the camera's place that is a magnified
-# picture and nothing else, and flat walls stay flat. So measure. Two stickers on the table lie 1.3 m apart by tape, near the table's left and right end, and
+# picture and nothing else, and flat walls stay flat. So measure. Two stickers on the table lie 1.3 m apart by tape, and
 # `project` says which pixels show them.
+
+# %% tags=["hide-input"]
+stickers = np.array([[-0.65, -0.22, 0.75], [0.65, -0.22, 0.75]])  # in the world; you would click on them
+seen_from_here = transforms.apply(transforms.invert(frame.T_world_camera), stickers)
+(u1, v1), (u2, v2) = np.rint(project(seen_from_here, c.fx, c.fy, c.cx, c.cy)).astype(int)
+fig, axis = plt.subplots(figsize=(5, 3.75), layout="constrained")
+axis.imshow(frame.color)
+axis.plot([u1, u2], [v1, v2], "o-", color="white", mec="black", ms=9, lw=1)
+axis.axis("off")
+picture(fig, alt=f"The room with two dots on the table, at pixels ({u1}, {v1}) and ({u2}, {v2}), and a line between them.")
 
 # %% tags=["prediction"]
 guess = None  # metres
 
 tape = 1.3
-stickers = np.array([[-0.65, -0.22, 0.75], [0.65, -0.22, 0.75]])  # in the world; you would click on them
-seen_from_here = transforms.apply(transforms.invert(frame.T_world_camera), stickers)
-(u1, v1), (u2, v2) = np.rint(project(seen_from_here, c.fx, c.fy, c.cx, c.cy)).astype(int)
 measured = np.linalg.norm(lazy[v2, u2] - lazy[v1, u1])
 predict(f"How far apart are they in the cloud that was lifted with 525 instead of {c.fx:.0f}?",
         guess, measured, "m",
         why="Sideways, all shrinks by the ratio of the focal lengths, and the stickers lie side by side.")
 
 # %% [markdown]
-# One known length also mends it. Across the image, lengths go with 1/f, so the right f is the wrong one times measured over true:
+# One known length also mends it. Across the image, lengths go with 1/f, so the right f is the wrong one times measured over true. That
+# is true only for things that lie across the image: what also slants in depth has a part in z, which no f changes.
 
 # %%
 mended = 525 * measured / tape
@@ -451,9 +467,10 @@ show(lifted.select(lifted.points[:, 2] < 3.5), views=["front", "side", "back"],
 # Now a recording that looks innocent: `realsense_slam`, both images 640x480. Is its depth registered to its colour? Where depth
 # jumps, colour usually changes, too. So we ask how strong the colour contrast is under the outlines of the depth image. We
 # rank all pixels by contrast, from 0 to 1, and average the ranks under the outlines. By chance that is 0.5.
+#
+# `outlines` marks where depth jumps, magnified by a zoom; `agreement` is the mean rank of the colour contrast under those marks.
 
-# %% tags=["real-data"]
-# real data: tum_pair, sun_pair, redwood_frames, realsense_planes, realsense_slam
+# %% tags=["hide-input"]
 def outlines(depth, zoom=1.0):
     """(H, W) bool: where depth jumps by more than 5 %, magnified about the middle of the image."""
     near = cv2.erode(np.where(depth > 0, depth, 99).astype(np.float32), np.ones((3, 3)))
@@ -472,6 +489,8 @@ def agreement(color, depth, zoom=1.0):
     return rank[outlines(depth, zoom)].mean()
 
 
+# %% tags=["real-data"]
+# real data: tum_pair, sun_pair, redwood_frames, realsense_planes, realsense_slam
 zooms = np.arange(8, 21) / 10
 which = {"tum_pair": 0, "sun_pair": 0, "redwood_frames": 0, "realsense_planes": 1, "realsense_slam": 4}
 rows = []
@@ -481,6 +500,9 @@ for name, i in which.items():
     rows.append([name, float(curve[2]), float(zooms[np.argmax(curve)]), float(np.max(curve))])
 report_table(rows, columns=["dataset", "agreement as stored", "best zoom of depth", "agreement there"],
              digits=2)
+
+# %% [markdown]
+# In the next picture, look only at the arch of the foot.
 
 # %% tags=["real-data"]
 # real data: tum_pair, sun_pair, redwood_frames, realsense_planes, realsense_slam
@@ -493,8 +515,8 @@ show.images(overlays, alt="A black stand on a floor, with the outlines of its de
                           "1.6 it lies on them.")
 
 # %% [markdown]
-# Four recordings fit best as they are. This one fits no better than chance, and best when its depth is magnified: its depth camera
-# has a shorter f and sees a wider scene than its colour camera. Same size, different views. Colour its cloud pixel by pixel
+# Four recordings fit best as they are. This one fits no better than chance, and best when its depth is magnified.
+# Magnified to fit = drawn too small = wider view = shorter f: its depth camera sees more than its colour camera. Same size, different views. Colour its cloud pixel by pixel
 # and the floor wears the stand's black. A zoom is only a stopgap. To register it we need both intrinsics and the pose between
 # the cameras, and the recording does not hold them. RealSense software has them: call `rs.align` *before* you save.
 #
@@ -513,9 +535,9 @@ show.images(overlays, alt="A black stand on a floor, with the outlines of its de
 # ## Your own camera
 #
 # Change one line, in the first cell: `frame = data.from_folder("path/to/my_recording", camera="camera.json").frames[0]`. Everything
-# up to the check against Open3D runs on your frame; what needs truth does not. With a D455, take f, cx and cy from the device, for the
-# resolution that you record: `profile.as_video_stream_profile().get_intrinsics()`. In ROS they are `K[0]`, `K[2]` and `K[5]` of
-# `CameraInfo`. A rough start without either: `camera="d455_depth_640x480"`, computed from the data sheet's angle as in section 2.
+# up to the check against Open3D runs on your frame; what needs truth does not. With a D455, take fx, fy, cx and cy from the device, for the
+# resolution that you record: `profile.as_video_stream_profile().get_intrinsics()`. In ROS, fx, fy, cx and cy are `K[0]`, `K[4]`, `K[2]` and
+# `K[5]` of `CameraInfo`. A rough start without either: `camera="d455_depth_640x480"`, computed from the data sheet's angle as in section 2.
 #
 # ## To the lab
 #

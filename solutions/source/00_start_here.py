@@ -13,7 +13,7 @@
 # %% [markdown]
 # # Lab 00 Start here
 #
-# One line of code, to rehearse the whole way of a lab: read the task, replace one line, run the check, hand in. It takes ten
+# One line of code, to rehearse the whole way of a lab: read the task, replace one line, run the check, hand in. It takes five
 # minutes, and most of them are reading.
 
 # %%

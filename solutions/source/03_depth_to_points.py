@@ -114,7 +114,7 @@ check("03-2", deproject)
 # ## Task 3 — mend a cloud from a stored frame (3 points)
 #
 # Somebody wrote this for their own camera and gave it to you. On your recording it returns what the picture shows: on its
-# head, with a piece missing, of a wrong size. There are three mistakes in it. Mend them all.
+# head, with a piece missing, and the table is 1.5 times too wide. There are three mistakes in it. Mend them all.
 #
 # - `raw`: (H, W) uint16 as stored; 0 where nothing was measured
 # - `color`: (H, W, 3) uint8, RGB, registered to depth
@@ -194,12 +194,13 @@ except NotImplementedError as todo:
 # Six clouds of one exact depth image, each spoiled by one mistake. The picture shows one row of pixels from above, the
 # table what a tape measure says about the whole cloud. Give each letter its cause, each cause once:
 #
-# `"another camera's focal length"`, `"another camera's depth scale"`, `"range for z"`, `"rows for columns"`, `"cut off at 3 m"`,
+# `"another camera's focal length"`, `"another camera's depth scale"`, `"z taken for range"`, `"rows for columns"`, `"cut off at 3 m"`,
 # `"flip left in"`
 #
 # <details><summary>Hint 1: idea</summary>Ask of each: are points missing? Is z still right? Are straight walls still straight?</details>
 # <details><summary>Hint 2: formula</summary>A wrong f multiplies x and y by one number and leaves z. A wrong scale multiplies all
-# three. Range shortens each ray by a factor of its own. A flip changes signs, never sizes.</details>
+# three. z taken for range shortens each
+# ray by a factor of its own. A flip changes signs, never sizes.</details>
 # <details><summary>Hint 3: call</summary>Return <code>{"A": "…", "B": "…", …}</code> with the letters A to F.</details>
 
 # %% tags=["expected", "hide-input"]
@@ -245,7 +246,7 @@ def causes():
     """A dict from the letters "A" to "F" to the names of their causes."""
     # BEGIN SOLUTION
     return {
-        "A": "range for z",
+        "A": "z taken for range",
         "B": "another camera's depth scale",
         "C": "flip left in",
         "D": "another camera's focal length",
@@ -271,7 +272,9 @@ check("03-4", causes)
 # - `cx`, `cy`: the principal point, pixels
 # - returns: f in pixels, the same for columns and rows
 #
-# You are scored by how far your f puts a point 1 m beside the axis from its place, as the median over five cameras: under
+# The rule of Break it holds for lengths that lie across the image; these also slant in depth. And one thing alone may be nonsense.
+#
+# You are scored by 1000 mm × the relative error of your f, which is how far off a point 1 m beside the axis lands, as the median over five cameras: under
 # 40 mm earns 1 point, under 12 mm 2, under 8 mm 3, under 5 mm all 4.
 #
 # <details><summary>Hint 1: idea</summary>Each thing alone gives you one estimate of f. Some of the forty are nonsense. What do you

@@ -176,7 +176,7 @@ def test_the_stickers_of_break_it_lie_across_the_image(lesson):
 
 def test_the_letters_of_task_4_are_those_of_its_picture():
     """The lab shuffles its six clouds by a seed; the task's truth must name them in that order."""
-    causes = ["another camera's focal length", "another camera's depth scale", "range for z", "rows for columns",
+    causes = ["another camera's focal length", "another camera's depth scale", "z taken for range", "rows for columns",
               "cut off at 3 m", "flip left in"]
     seed = int(re.search(r"default_rng\((\d+)\)\.permutation\(6\)", LAB.read_text(encoding="utf-8"))[1])
     order = np.random.default_rng(seed).permutation(6)
