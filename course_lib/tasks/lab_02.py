@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -163,6 +164,7 @@ _TASK_2 = Task(
             _reader(order="'<f4' if big_endian else '>f4'"),
         ),
     ),
+    may_call=("numpy", "struct"),
     hides=("course_lib.pointcloud.from_message", "course_lib.pointcloud.message_to_xyz"),
     where="lesson 02, section 3 (points as bytes)",
 )
@@ -186,7 +188,7 @@ def _back_cases(rng: np.random.Generator) -> list[Case]:
     cases = []
     for name, T in (
         ("a pose that turns and shifts", _pose(rng)),
-        ("another one", _pose(rng)),
+        ("another one that turns and shifts", _pose(rng)),
         ("a pose that only shifts", transforms.from_rotation_translation(np.eye(3), rng.uniform(0.3, 1, 3))),
     ):
         R, t = T[:3, :3], T[:3, 3]
@@ -196,17 +198,23 @@ def _back_cases(rng: np.random.Generator) -> list[Case]:
     return cases
 
 
+def _judge_back(case: Case, answer: Plain) -> Verdict:
+    """All or nothing: a right turn with a wrong shift is what the learner was given to mend."""
+    verdict = judge_transform(answer, case.truth, degrees=0.01, metres=1e-4, what="the inverse")
+    return replace(verdict, score=float(verdict.passed))
+
+
 _BACK = "def invert(T):\n    back = np.eye(4)\n    R, t = T[:3, :3], T[:3, 3]\n"
 
 _TASK_3 = Task(
     id="02-3",
     title="Mend the way back",
     points=2,
-    version=1,
+    version=2,
     kind="mend",
     signature="def invert(T)",
     cases=_back_cases,
-    judge=lambda case, answer: judge_transform(answer, case.truth, degrees=0.01, metres=1e-4, what="the inverse"),
+    judge=_judge_back,
     misconceptions=(
         Misconception(
             "shift not turned back",
@@ -314,12 +322,18 @@ def _judge_few(case: Case, answer: Plain) -> Verdict:
     rows = np.asarray(answer, int)
     if len(np.unique(rows)) < n or rows.min() < 0 or rows.max() >= len(points):
         return refuse(f"The row numbers must be {n} different ones from 0 to {len(points) - 1}.", _FEW_BANDS[0][0], "m")
-    return judge_band(coverage(points, rows), _FEW_BANDS, "m", what="the loneliest point's distance")
+    reached = coverage(points, rows)
+    verdict = judge_band(reached, _FEW_BANDS, "m", what="the loneliest point's distance")
+    return replace(verdict, message=f"{verdict.message.removesuffix('.')} (yours: {1000 * reached:.0f} mm).")
 
 
 def _few_distance(case: Case, a: Plain, b: Plain) -> float:
+    """How many rows only one of two choices holds; infinite unless both are n different rows."""
+    n = int(case.given["n"])
     a, b = np.asarray(a), np.asarray(b)
-    return float(np.setdiff1d(a, b).size) if a.ndim == b.ndim == 1 and a.size and b.size else np.inf
+    if any(rows.shape != (n,) or len(np.unique(rows)) < n for rows in (a, b)):
+        return np.inf
+    return float(np.setxor1d(a, b).size)
 
 
 def _guess(rng: np.random.Generator) -> Callable[[np.ndarray, int], np.ndarray]:
@@ -362,7 +376,7 @@ _TASK_5 = Task(
             "def few(points, n):\n    return np.argsort(np.linalg.norm(points - points.mean(axis=0), axis=1))[-n:]\n",
         ),
     ),
-    where="lesson 02, section 1 (a list of points)",
+    where="lesson 02 gives only the cloud; the idea is in the three hints of task 5",
 )
 
 

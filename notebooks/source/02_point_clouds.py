@@ -31,11 +31,11 @@ import open3d as o3d
 from course_lib import cameras, metrics, pointcloud, transforms
 
 bunny = data.load("bunny_like")
-show(bunny.cloud, views=["front", "side", "top"], color="height", title="A point cloud is a list of places")
+show(bunny.cloud, views=["front", "side", "top"], color="height", title="A point cloud is a list of places (front: its profile; side: from behind)")
 
 # %% [markdown]
-# You see a small animal. The computer sees a list of places, without any idea which of them belong together. Everything
-# that later lessons do (clean, align, mesh) starts from such a list.
+# You see a small animal. The computer sees a list of places, without any idea which of them belong together. All
+# later lessons start from such a list.
 #
 # ## Card
 #
@@ -56,7 +56,7 @@ show(bunny.cloud, views=["front", "side", "top"], color="height", title="A point
 # %% [markdown]
 # ## 1 A list of points
 #
-# A **point cloud** is an $N \times 3$ array: one row a point, its x, y and z in metres. That is all it must have.
+# A **point cloud** is an $N \times 3$ array: one row a point, its x, y and z in metres.
 
 # %%
 points = bunny.cloud.points
@@ -104,7 +104,7 @@ report("points read by Open3D", len(cloud.points))
 # %% [markdown]
 # Vertices are the points: here each has a place, a normal and a colour. Faces are triangles between vertices, about twice
 # as many. They belong to a mesh (lesson 08). A file with faces is still a cloud for whoever reads only its vertices, as Open3D did
-# here. Its count must agree with the header.
+# here. The number of points read must equal the header's vertex count.
 #
 # A point may carry more than its place: a colour, a normal (the direction in which the surface faces), an intensity, a time.
 # These are its **attributes**, each an array with one row a point. Rows belong together: sort one array alone, and the colours
@@ -155,8 +155,7 @@ report("mean z, NaN left out", float(kept[:, 2].mean()), "m", digits=4)
 report("mean z, zeros in place of NaN", float(np.nan_to_num(listed[:, 2]).mean()), "m", digits=4)
 
 # %% [markdown]
-# One NaN makes every sum, mean and minimum NaN ("not measured", says `report`). That is rude, and better than the last line: a zero
-# lies, and you do not notice. Leaving NaN out costs the order for good. Keep the organised cloud as long as you can.
+# One NaN makes every sum, mean and minimum NaN ("not measured", says `report`). Better than the last line: a zero lies, unnoticed. Leaving NaN out costs the order for good. Keep the organised cloud as long as you can.
 #
 # ## 3 Points as bytes
 #
@@ -169,7 +168,7 @@ report_table([[name, ", ".join(kind.names), kind.itemsize] for name, kind in poi
 
 # %% [markdown]
 # Three floats of 4 bytes are 12 bytes, but PCL's PointXYZ takes 16. The processor likes to load 16 bytes at once, so PCL adds four
-# that mean nothing: **padding**. Colour is odder still: red, green and blue, a byte each, stored in the bits of one float.
+# that mean nothing: **padding**. PointXYZI takes 32: its intensity starts a new block of 16, and 12 bytes of that are padding. Colour is odder still: red, green and blue, a byte each, stored in the bits of one float.
 
 # %%
 three = np.zeros(3, pointcloud.POINT_TYPES["PointXYZ"])
@@ -210,27 +209,30 @@ def point_at(message, u, v):
 
 
 assert np.array_equal(point_at(message, u, v), organised[v, u], equal_nan=True)
-assert np.array_equal(pointcloud.message_to_xyz(message), listed, equal_nan=True)  # the library reads all
+
+block = np.frombuffer(message.data, np.uint8).reshape(-1, message.point_step)[:, :12]  # a row a point; x begins at byte 0
+assert np.array_equal(np.ascontiguousarray(block).view("<f4"), listed, equal_nan=True)
+assert np.array_equal(pointcloud.message_to_xyz(message), listed, equal_nan=True)  # the library's reader
 
 # %% [markdown]
-# The same rule as before, counted in bytes. `<` says little-endian: the least significant byte first, as in almost every computer
-# today. A message may also be big-endian, and says so. Ignore any of these, and there is no error message: bytes are bytes. You will see
-# what you get under "Report against reality".
+# The same rule as before, counted in bytes. `<` says little-endian, the least significant byte first, as in almost every computer
+# today, `>` big-endian; a message may be either. The last lines read all points at once: `ascontiguousarray` puts the bytes side by
+# side, and `view` takes them for floats. Ignore any of these, and there is no error message: bytes are bytes (see "Report against reality").
 #
 # ## 4 Where clouds come from
 #
 # Three ways to measure a distance, four sensors of the lecture, one room.
 #
-# - A **laser scanner** sends pulses and times their way back. Each gives a range, along a known direction. It turns, so it sees all
+# - A **laser scanner** (LiDAR) sends pulses and times their way back. Each gives a range, along a known direction. It turns, so it sees all
 #   around: rings of points.
 # - **Structured light**: a projector shines stripes, a camera sees where they land. Each pixel's ray and its stripe's ray meet in
 #   the point.
 # - **Stereo**: two photographs from two places. A pixel that is found in both gives two rays, and they meet in the point.
 # - A depth camera, such as the D455, is stereo whose projector throws infrared dots, so that blank walls have something to match.
 #
-# Lesson 14 builds them. Here we only use them, and compare each with the true surface.
+# The code of these four pictures may be skipped; lesson 14 explains it. `T_world_camera` says where the camera stands (section 5).
 
-# %%
+# %% tags=["hide-input"]
 from course_lib.simulate import scenes, sensors
 
 scene, camera, T_world_camera = scenes.living_room(7), frame.camera, room.poses[0]
@@ -297,8 +299,8 @@ for name, (world, seen) in clouds.items():
 report_table(rows, columns=["sensor", "points", "farthest (m)", "median error (mm)", "95 % below (mm)"], digits=2)
 
 # %% [markdown]
-# Read the columns against each other. The laser has few points, and all are good, near or far. The others have a point for almost every pixel, and a
-# long tail of bad ones at the edges. Do not buy by this table: each sensor here has one size and one price.
+# Read the columns against each other. The laser has few points, and few large errors, near or far. The others have a point for most pixels, and a
+# long tail of bad ones at the edges.
 #
 # ## 5 Frames and transforms
 #
@@ -333,9 +335,16 @@ picture(fig, alt=f"Seen from the side: the world's origin on the floor, x to the
 
 # %% [markdown]
 # To go from camera to world, turn, then shift: $p_{world} = R\,p_{camera} + t$. The shift $t$ is where the camera stands. The turn $R$ is a
-# **rotation matrix**, and you can read it: its three columns are the camera's x, y and z directions, as the world sees them.
-# Written as one 4x4 matrix, $R$ and $t$ are the camera's **pose**. We call it `T_world_camera`: it takes camera coordinates and gives world
-# coordinates. Read such names from right to left.
+# **rotation matrix**: its three columns are the camera's x, y and z directions, as the world sees them. For the camera above they are
+# $(0,-1,0)$, $(0,0,-1)$ and $(1,0,0)$. Take so much of each as the point says:
+#
+# $$0\begin{bmatrix}0\\-1\\0\end{bmatrix} + 0.5\begin{bmatrix}0\\0\\-1\end{bmatrix} + 2\begin{bmatrix}1\\0\\0\end{bmatrix}
+# = \begin{bmatrix}2\\0\\-0.5\end{bmatrix}$$
+#
+# That sum is $R\,p$. Plus $t = (0, 0, 1.5)$, it gives $(2, 0, 1)$, as drawn.
+#
+# The camera's **pose** is one 4x4 matrix: $R$ and $t$ side by side, and a last row 0 0 0 1 that makes such matrices multiply: `A @ B` does B
+# first, then A. We call it `T_world_camera`: it takes camera coordinates and gives world coordinates. Read such names from right to left.
 
 
 # %%
@@ -349,14 +358,15 @@ T_drawn = np.array([[0, 0, 1, 0],
                     [-1, 0, 0, 0],
                     [0, -1, 0, 1.5],
                     [0, 0, 0, 1]])
-assert apply(T_drawn, np.array([[0, 0.5, 2]])).tolist() == [[2, 0, 1]]
+assert apply(T_drawn, np.array([[0, 0.5, 2], [0.3, 0.5, 2]])).tolist() == [[2, 0, 1], [2, -0.3, 1]]  # its right is the world's -y
 
 T = room.poses[0]
 by_open3d = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(kept)).transform(T)
 assert np.allclose(apply(T, kept), by_open3d.points, atol=1e-6)
 
 # %% [markdown]
-# The way back is the inverse. A rotation is undone by its transpose. But the shift was made *after* the turn, in the world's
+# The way back is the inverse. A rotation is undone by its transpose: its columns have length 1 and stand at right angles, so $R^T R$ is the
+# identity. But the shift was made *after* the turn, in the world's
 # directions, so it must be turned back, too:
 #
 # $$T^{-1} = \begin{bmatrix} R^T & -R^T t \\ 0 & 1 \end{bmatrix}$$
@@ -383,7 +393,7 @@ assert np.allclose(invert(T), transforms.invert(T)) and np.allclose(invert(T), n
 # what moves with how: the same recipe for every point.
 # </details>
 #
-# Now two frames of the hand-held camera. In the world they must meet. The picture is a floor plan: we draw what lies between 0.1 and 1.9 m
+# Now two RGB-D images (also called frames) of the hand-held camera. In the world they must meet. The picture is a floor plan: we draw what lies between 0.1 and 1.9 m
 # above the floor.
 
 # %%
@@ -391,9 +401,9 @@ seen = {i: pointcloud.from_frame(room.frames[i]).points for i in (0, 20)}
 world = {i: apply(room.poses[i], seen[i]) for i in seen}
 plan = {i: (world[i][:, 2] > 0.1) & (world[i][:, 2] < 1.9) for i in world}
 as_if_still = apply(room.poses[0], seen[20])
-first = world[0][plan[0]], "frame 0"
-show.panels({"as if the camera had not moved": [first, (as_if_still[plan[20]], "frame 20")],
-             "each by its own pose": [first, (world[20][plan[20]], "frame 20")]}, view="top", frame="world")
+first = world[0][plan[0]], "image 0"
+show.panels({"as if the camera had not moved": [first, (as_if_still[plan[20]], "image 20")],
+             "each by its own pose": [first, (world[20][plan[20]], "image 20")]}, view="top", frame="world")
 
 # %% [markdown]
 # This is why robots like clouds. With every cloud in one frame, a map is a list of points (navigation), an obstacle is a point above
@@ -428,13 +438,13 @@ show.error_budget({"frames": (metrics.rms(moved), metrics.rms(moved[near]))})
 report("step of a 32-bit float at a map's 5,000 km north", float(np.spacing(np.float32(5e6))), "m")
 
 # %% [markdown]
-# Far less than the noise of any sensor: forget about it, indoors. But maps of land count metres from the equator, and there a
+# Far less than the noise of any sensor. But maps of land count metres from the equator, and there a
 # 32-bit float moves in big steps. Keep the big part apart, as a shift of the frame, and store what is left.
 #
 # ## Report against reality
 #
-# The report, section 5, reads `BunnyMesh.ply` and prints "Point Cloud with 35,947 points". That is right, and it hides something. The lecture
-# lists "PointXYZ - float x, y, z". Take both at their word: a file of triangles as a cloud, and 12 bytes a point.
+# The report, section 5, reads `BunnyMesh.ply` and prints "Point Cloud with 35,947 points". The lecture
+# lists "PointXYZ - float x, y, z". Take both at their word.
 
 # %%
 print(cloud)
@@ -448,14 +458,14 @@ report("median error, read with 12 bytes a point", np.median(off), "mm")
 show.panels({"16 bytes a point": points, "12 bytes a point": twelve}, view="front", frame="world")
 
 # %% [markdown]
-# Each fourth number is padding, taken for a coordinate, and x, y, z change places from point to point.
+# Each fourth number is padding, taken for a coordinate, and x, y, z change places from point to point. (The cross: points with two
+# coordinates near 0.)
 #
 # | The document says | What we found | Evidence |
 # |---|---|---|
 # | report 5: the file holds a cloud of 35,947 points | it holds a mesh with as many vertices; its triangles, about twice as many, are dropped silently | count above; the real file below |
-# | lecture: PointXYZ is float x, y, z | and 4 bytes of padding, in memory and in most messages | picture above |
+# | lecture: PointXYZ is float x, y, z | and 4 bytes of padding, in PCL's memory, and in messages made from it | picture above |
 # | lecture: PointXYZRGB has a float rgb | the float is a box for three bytes; as a number it means nothing | section 3 |
-# | lecture: Normal is float normal[3], curvature | right, but 32 bytes, not 16 | section 3 |
 # | lecture: a laser gives a "dense point cloud" | dense along its rings, empty between them | section 4 |
 # | lecture: stereo works at "arbitrary ranges" | its error grows with the square of the distance, and there is a nearest distance | lesson 01, section 5; lesson 14 |
 # | report 4: points lie in "3D space" | in the frame of their sensor, until a pose says otherwise | section 5 |
@@ -482,9 +492,9 @@ wrong = apply(careless_invert(room.poses[0]) @ room.poses[20], seen[20])
 report("every point is off by", np.linalg.norm(wrong - right, axis=1).mean(), "m")
 for name, moved in [("right", right), ("wrong", wrong)]:
     distance = np.median(metrics.nearest_distances(moved[::20], seen[0]))
-    report(f"median distance to frame 0, {name}", 1000 * distance, "mm")
+    report(f"median distance to image 0, {name}", 1000 * distance, "mm")
 there, ghost = [apply(room.poses[0], moved)[plan[20]] for moved in (right, wrong)]
-show.panels({"undone with -R^T t": [first, (there, "frame 20")], "undone with -t": [first, (ghost, "frame 20")]},
+show.panels({"undone with -R^T t": [first, (there, "image 20")], "undone with -t": [first, (ghost, "image 20")]},
             view="top", frame="world")
 
 # %% [markdown]
@@ -494,7 +504,7 @@ show.panels({"undone with -R^T t": [first, (there, "frame 20")], "undone with -t
 #
 # ## On real data
 #
-# The file behind the report's figure 2. It was scanned with a laser in the 1990s, from ten directions:
+# The file behind the report's figure 2. It was scanned with a laser stripe in the 1990s, from ten directions:
 
 # %% tags=["real-data"]
 # real data: stanford_bunny
@@ -505,7 +515,7 @@ report("faces in the same file", count(header, "face"))
 show(real.cloud, views=["front", "side", "top"], color="height", frame="object", title="The Stanford bunny")
 
 # %% [markdown]
-# Its makers published the raw scans, each in its scanner's frame, and the pose of each. Same code as in section 5. The poses are
+# Its makers published the raw scans, each in its scanner's frame, and the pose of each. The poses are
 # a reference, not truth: they were found by aligning these very scans (lesson 07).
 
 # %% tags=["real-data"]
@@ -513,11 +523,13 @@ show(real.cloud, views=["front", "side", "top"], color="height", frame="object",
 scans, T_scan = real.clouds, real.reference["scan_poses"]
 first = apply(T_scan["bun000"], scans["bun000"].points)
 second = apply(T_scan["bun045"], scans["bun045"].points)
-wrong = apply(careless_invert(T_scan["bun045"]), scans["bun045"].points)
 raw = scans["bun045"].points
-for name, moved in [("as scanned", raw), ("moved by its pose", second), ("moved by the careless inverse", wrong)]:
+for name, moved in [("as scanned", raw), ("moved by its pose", second)]:
     distance = np.median(metrics.nearest_distances(moved, first))
     report(f"median distance to scan 0, {name}", 1000 * distance, "mm")
+for name, undo in [("right", invert), ("careless", careless_invert)]:  # the way back: scan 0 into the frame of scan 45
+    distance = np.median(metrics.nearest_distances(apply(undo(T_scan["bun045"]), first), raw))
+    report(f"median distance to scan 45, {name} inverse", 1000 * distance, "mm")
 show.panels({"as scanned": [(scans["bun000"].points, "scan 0°"), (raw, "scan 45°")],
              "each moved by its pose": [(first, "scan 0°"), (second, "scan 45°")]}, view="top", frame="object")
 
@@ -528,14 +540,17 @@ show.panels({"as scanned": [(scans["bun000"].points, "scan 0°"), (raw, "scan 45
 # real data: pcl_tests
 xyz, rgb = files.read_organised(data.load("pcl_tests").files["office1.pcd"])
 z = xyz[..., 2]
-report_table([[str(xyz.shape), 100 * float(np.isnan(z).mean()), float(np.nanmedian(z)), colored.itemsize * z.size / 1e6]],
-             columns=["shape", "NaN (%)", "median z (m)", "as PointXYZRGB (MB)"])
+hole = np.isnan(z)
+rows, columns = np.flatnonzero(~hole.all(axis=1)), np.flatnonzero(~hole.all(axis=0))
+inside = hole[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]  # without the blank border of the image
+report_table([[str(xyz.shape), 100 * float(hole.mean()), 100 * float(inside.mean()), float(np.nanmedian(z)), colored.itemsize * z.size / 1e6]],
+             columns=["shape", "NaN (%)", "NaN inside the border (%)", "median z (m)", "as PointXYZRGB (MB)"])
 show.images({"the colours, in the cloud's order": rgb, "z (m)": z}, unit="m",
             alt="An office, its organised cloud read as images")
 
 # %% [markdown]
-# What differs from simulation: more is missing (windows, dark things, edges), and nobody knows where the camera stood, so the cloud
-# stays in its frame.
+# What differs from simulation: most of what is missing is the blank border of the image. Inside it, a little less is missing than in the
+# simulated room. And nobody knows where the camera stood, so the cloud stays in its frame.
 #
 # ## Key points
 #
@@ -543,7 +558,7 @@ show.images({"the colours, in the cloud's order": rgb, "z (m)": z}, unit="m",
 # - An organised cloud keeps its pixels: row $v \cdot W + u$, NaN where nothing was measured.
 # - Bytes mean nothing without offset, step and byte order. Believe the description, never the size of three floats.
 # - Coordinates mean nothing without a frame. $R\,p + t$ goes there, $R^T(q - t)$ comes back.
-# - A wrong stride and a wrong inverse give no error. Print a count and a distance, and look.
+# - A wrong step between points and a wrong inverse give no error. Print a count and a distance, and look.
 #
 # Words to know: [point cloud](../docs/glossary.md#point-cloud), [PLY](../docs/glossary.md#ply),
 # [attribute](../docs/glossary.md#attribute), [organised cloud](../docs/glossary.md#organised-cloud), [NaN](../docs/glossary.md#nan),
@@ -555,7 +570,7 @@ show.images({"the colours, in the cloud's order": rgb, "z (m)": z}, unit="m",
 #
 # Change one line in section 2: `frame = data.from_folder("path/to/my_recording").frames[0]`, and run sections 2 and 3, whatever its size. A cloud
 # that you have saved already, from the RealSense viewer for example, opens with `files.read_cloud("my_cloud.ply")`: look at
-# the count and the extent before anything else. Is it metres? Is y down?
+# the count and the size (largest minus smallest x, y, z) before anything else. Is it metres? Is y down?
 #
 # ## To the lab
 #

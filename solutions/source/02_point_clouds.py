@@ -17,10 +17,12 @@
 # where it says `raise NotImplementedError`, run the cell, then run the check below it. The check tells you by how much you
 # are off; after a second try also what it looks like, after a third where to read.
 #
-# Everything you need stands in lesson 02. You may use NumPy. Clouds are `(N, 3)` arrays of metres.
+# Everything you need stands in lesson 02. You may use NumPy and `struct`. Clouds are `(N, 3)` arrays of metres.
 
 # %%
 from course_lib.notebook import check, data, files, picture, report, show
+
+import struct
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -210,14 +212,14 @@ check("02-3", invert)
 #
 # A cloud should be moved by `R p + t`: first turned by 40° to the left, then shifted 0.25 m to the right. The first panel shows how, seen
 # from above. In the panels A to E, grey is where it belongs, and one mistake moved the coloured one. The cross is the origin. Which mistake
-# was it? Each occurs once. (Mind the numbers on the axes.)
+# was it? Each occurs once. (Mind the numbers on the axes: where the scale is large, grey is too small to see.)
 #
 # - `"inverse"`: moved by the inverse of the pose
 # - `"millimetres"`: the file held millimetres, and was read as if they were metres
 # - `"order"`: two poses in the wrong order; this one should come first, and after it a second one that turns by 30° and shifts 0.2 m upwards in
 #   the picture (so in this panel grey is moved by both)
 # - `"shift first"`: R (p + t)
-# - `"stride"`: read with 12 bytes a point, where there are 16
+# - `"stride"`: read with a step (stride) of 12 bytes from point to point, where there are 16
 
 # %% tags=["expected", "hide-input"]
 def pose_2d(degrees, x, y):
@@ -235,13 +237,15 @@ first, second = pose_2d(40, 0.25, 0), pose_2d(30, 0, 0.2)
 with_padding = np.column_stack([centred, np.zeros(len(centred))]).astype(np.float32)
 strided = with_padding.ravel()[: 3 * len(centred)].reshape(-1, 3)[:, :2]
 belongs = move(first, flat)
-spoiled = {
-    "A": (belongs, (flat + first[:2, 2]) @ first[:2, :2].T),
-    "B": (belongs, move(np.linalg.inv(first), flat)),
-    "C": (move(second, belongs), move(first, move(second, flat))),
-    "D": (belongs, move(first, 1000 * flat)),
-    "E": (belongs, move(first, strided)),
-}
+makers = [
+    lambda: (belongs, move(first, 1000 * flat), "has the direction of grey"),
+    lambda: (belongs, move(first, strided), "is torn into pieces and streaks"),
+    lambda: (belongs, move(np.linalg.inv(first), flat), "is turned the other way"),
+    lambda: (belongs, (flat + first[:2, 2]) @ first[:2, :2].T, "has the direction of grey"),
+    lambda: (move(second, belongs), move(first, move(second, flat)), "has the direction of grey, which is turned by 70 degrees here"),
+]
+order = np.random.default_rng(1003).permutation(5)
+spoiled = {letter: makers[i]() for letter, i in zip("ABCDE", order, strict=True)}
 fig, axes = plt.subplots(2, 3, figsize=(9, 6.6), layout="constrained")
 for axis, letter in zip(axes.flat, ["right", *spoiled], strict=True):
     if letter == "right":
@@ -251,19 +255,18 @@ for axis, letter in zip(axes.flat, ["right", *spoiled], strict=True):
         axis.legend(markerscale=6, fontsize=8, loc="upper left")
         axis.annotate("", first[:2, 2], (0, 0), arrowprops={"arrowstyle": "-|>", "lw": 2})
     else:
-        grey, wrong = spoiled[letter]
+        grey, wrong, _ = spoiled[letter]
         axis.scatter(*grey.T, s=1, color="0.65")
         axis.scatter(*wrong.T, s=1, color=show.COLOURS["outlier"])
     axis.plot(0, 0, "k+", ms=12, mew=2)
     axis.set(title="how it should be" if letter == "right" else letter, aspect="equal", xlabel="m")
-    if letter != "D":
+    if letter == "right" or np.ptp(wrong) < 10:
         axis.set(xlim=(-0.42, 0.52), ylim=(-0.38, 0.56))
-away = {letter: np.linalg.norm(wrong.mean(axis=0) - grey.mean(axis=0)) for letter, (grey, wrong) in spoiled.items()}
-wide = {letter: np.ptp(wrong[:, 0]) / np.ptp(grey[:, 0]) for letter, (grey, wrong) in spoiled.items()}
+away = {letter: np.linalg.norm(wrong.mean(axis=0) - grey.mean(axis=0)) for letter, (grey, wrong, _) in spoiled.items()}
+wide = {letter: np.ptp(wrong[:, 0]) / np.ptp(grey[:, 0]) for letter, (grey, wrong, _) in spoiled.items()}
 picture(fig, alt="Six panels, seen from above. The first shows the cloud given, turned by 40 degrees to the left, and shifted to the right. In the others "
         "grey is where it belongs. " + " ".join(f"{letter}: the coloured one's middle is {away[letter]:.2f} m from that of grey, and it is "
-        f"{wide[letter]:,.1f} times as wide." for letter in spoiled) + " A has the direction of grey. B is turned the other way. C has the direction of "
-        "grey, which is turned by 70 degrees here. D has the direction of grey. E is torn into pieces and streaks.")
+        f"{wide[letter]:,.1f} times as wide; it {words}." for letter, (_, _, words) in spoiled.items()))
 
 # %% [markdown]
 # <details><summary>Hint 1: idea</summary>Did it keep its shape? Its size? Its direction? Only then ask for its place.</details>

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import struct
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import open3d as o3d
 import pytest
 
 from course_lib import pointcloud, tasks, transforms
+from course_lib.tasks.sources import forbidden
 
 ROOT = Path(__file__).parents[2]
 LESSON = ROOT / "notebooks" / "source" / "02_point_clouds.py"
@@ -133,11 +135,41 @@ def test_the_pose_brings_the_raw_scans_together(lesson):
     real = _load("stanford_bunny")
     first = lesson["apply"](real.reference["scan_poses"]["bun000"], real.clouds["bun000"].points)
     T, scan = real.reference["scan_poses"]["bun045"], real.clouds["bun045"].points
-    apart = [
-        np.median(metrics.nearest_distances(moved, first))
-        for moved in (scan, lesson["apply"](T, scan), lesson["apply"](lesson["careless_invert"](T), scan))
-    ]
-    assert apart[1] < 0.0006 < 5 * apart[1] < min(apart[0], apart[2])
+    raw, posed = (np.median(metrics.nearest_distances(p, first)) for p in (scan, lesson["apply"](T, scan)))
+    assert posed < 0.0006 < 5 * posed < raw
+    right, careless = (
+        np.median(metrics.nearest_distances(lesson["apply"](lesson[undo](T), first), scan))
+        for undo in ("invert", "careless_invert")
+    )
+    assert right < 0.0006 < 5 * right < careless, "only the shift is wrong"
+
+
+def test_the_missing_of_the_real_kinect_cloud_is_mostly_its_border():
+    from course_lib.notebook import files
+
+    hole = np.isnan(files.read_organised(_load("pcl_tests").files["office1.pcd"])[0][..., 2])
+    rows, columns = np.flatnonzero(~hole.all(axis=1)), np.flatnonzero(~hole.all(axis=0))
+    inside = hole[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    assert inside.sum() < 0.5 * hole.sum() and inside.mean() < (_load("living_room").frames[0].depth == 0).mean()
+
+
+def test_the_labs_reader_may_unpack_with_struct():
+    def read_points(data, height, width, point_step, row_step, x_offset, big_endian):
+        letters = ">3f" if big_endian else "<3f"
+        starts = [v * row_step + u * point_step + x_offset for v in range(height) for u in range(width)]
+        return np.array([struct.unpack_from(letters, data, start) for start in starts])
+
+    task = tasks.get("02-2")
+    cases = tasks.fresh(task, 0)
+    assert forbidden(task, read_points) == ""
+    assert tasks.judge_all(task, cases, tasks.run_all(read_points, cases)).score == 1
+
+
+def test_the_unmended_inverse_earns_nothing(lesson):
+    task = tasks.get("02-3")
+    cases = tasks.fresh(task, 0)
+    for name, score in (("careless_invert", 0), ("invert", 1)):
+        assert tasks.judge_all(task, cases, tasks.run_all(lesson[name], cases)).score == score
 
 
 def test_the_labs_reader_reads_the_real_message():
@@ -157,16 +189,32 @@ def test_the_labs_reader_reads_the_real_message():
 
 
 def test_the_letters_of_task_4_are_those_of_its_picture():
-    """What the lab's picture does to each letter's cloud must be what the task calls it."""
+    """The lab shuffles its five clouds by a seed; the task's truth must name them in that order."""
     source = LAB.read_text(encoding="utf-8")
-    lines = {letter: source.split(f'    "{letter}": (')[1].split("\n")[0] for letter in "ABCDE"}
+    lines = source.split("makers = [\n")[1].split("\n]")[0].split("\n")
     marks = {
         "shift first": "flat + first[:2, 2]", "inverse": "np.linalg.inv(first)", "order": "move(second, flat))",
         "millimetres": "1000 * flat", "stride": "strided",
     }  # fmt: skip
+    made = [next(cause for cause, mark in marks.items() if mark in line) for line in lines]
+    seed = int(re.search(r"default_rng\((\d+)\)\.permutation\(5\)", source)[1])
+    order = np.random.default_rng(seed).permutation(5)
     truth = tasks.fresh(tasks.get("02-4"), 0)[0].truth
-    drawn = {letter: next(cause for cause, mark in marks.items() if mark in line) for letter, line in lines.items()}
-    assert drawn == truth
+    assert {letter: made[i] for letter, i in zip("ABCDE", order, strict=True)} == truth
+
+
+@pytest.mark.parametrize("answer", [np.zeros(60, int), np.arange(60) // 2])
+def test_repeated_rows_are_no_misconception(answer):
+    task = tasks.get("02-5")
+    cases = tasks.fresh(task, 0)
+    result = tasks.judge_all(task, cases, tasks.run_all(lambda points, n: answer, cases))
+    assert result.score == 0 and "different" in result.error and not result.recognised
+
+
+def test_few_says_the_learners_own_distance():
+    task = tasks.get("02-5")
+    case = tasks.fresh(task, 0)[0]
+    assert re.search(r"\(yours: \d+ mm\)\.$", task.judge(case, np.arange(60)).message)
 
 
 def test_farthest_point_sampling_reaches_the_highest_band_and_blind_rows_do_not():
