@@ -195,7 +195,8 @@ WHICH_MISTAKES = (
     ),
     Misconception(
         "focal length for range",
-        "focal length and range taken for each other: a wrong focal length keeps walls flat, z taken for range bends them",
+        "focal length and range taken for each other: a wrong focal length keeps walls flat, z taken for "
+        "range bends them",
         _swapped(CAUSES[0], CAUSES[2]),
     ),
     Misconception(
@@ -251,7 +252,8 @@ ESTIMATE_MISTAKES = (
     ),
     Misconception(
         "Break it's rule on slanted things",
-        "Break it's rule, which holds for lengths that lie across the image; yours also slant in depth: take Δz out first",
+        "Break it's rule, which holds for lengths that lie across the image; yours also slant in depth: take Δz out "
+        "first",
         _break_it("np.median"),
         variants=(_break_it("np.mean"),),
     ),

@@ -326,7 +326,8 @@ show.panels({"camera axes: seen from behind": cloud, "flipped for that viewer": 
             alt="Left the room hangs upside down, seen from behind; right it stands, seen from the front.")
 
 # %% [markdown]
-# Nothing is mirrored on the left: a y-up viewer turns the room upside down and stands behind it. The pose expects x right, y down, z
+# Nothing is mirrored on the left either: a y-up viewer stands behind the wall, sees the room upside down, and reads its posters from
+# their backs. The pose expects x right, y down, z
 # forward. Flipped points land behind the camera, many of them above the ceiling. Keep the data in the
 # camera's axes and turn the *viewer*. Our `show` does that: it knows which way the camera's y points, and you never flip.
 
