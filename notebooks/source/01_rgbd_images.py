@@ -130,7 +130,8 @@ guess = None  # metres, for example 2.1
 wall = np.full((480, 640), 2.0)
 string = range_from_depth(wall, f=525, cx=319.5, cy=239.5)
 predict("How far away is the corner of the wall?", guess, string[0, 0], "m",
-        why="The corner pixel looks 37 degrees away from the middle: the string runs at that angle.", digits=4)
+        why=f"The corner pixel looks {np.degrees(np.arccos(2 / string[0, 0])):.0f} degrees away from the middle: "
+            "the string runs at that angle.", digits=4)
 
 # %%
 fig, axes = plt.subplots(1, 2, figsize=(9, 3.2), layout="constrained")
@@ -219,7 +220,7 @@ assert (rescale_for_display(depth, 0, 6) == rgbd.rescale_for_display(depth, 0, 6
 back = rescale_for_display(truth, 0, 6) / 255 * 6
 lost_mm = 1000 * np.abs(back - truth)[seen]
 report("one grey level", 6000 / 255, "mm")
-report("one 16-bit step of this camera", 1, "mm")
+report("one 16-bit step of this camera", 1000 / room.encoding.units_per_metre, "mm")
 report("worst error after 8 bits and back", lost_mm.max(), "mm")
 
 # %%
