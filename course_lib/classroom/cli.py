@@ -59,6 +59,8 @@ def bench(notebooks: bool, only: str, write: bool) -> None:
     sys.exit(bench_cases(course_tree(), only, write, click.echo))
 
 
+_GRADING = "course_lib.classroom.grading"
+
 # verb: (its click command, or the module and the name that hold it; one line for --help)
 VERBS: dict[str, tuple[click.Command | tuple[str, str], str]] = {
     "start": (("course_lib.classroom.start", "command"), "Open JupyterLab on the course, labs as your own copies."),
@@ -67,6 +69,17 @@ VERBS: dict[str, tuple[click.Command | tuple[str, str], str]] = {
     "bench": (bench, "Measure speed against the professional tools."),
     "data": (("course_lib.classroom.data_verbs", "data_group"), "List and fetch datasets."),
     "reset": (("course_lib.classroom.reset", "command"), "Make a fresh copy of a lab, overwriting nothing."),
+    "release": ((f"{_GRADING}.verbs_release", "release"), "Make what students get of a lab: a folder and a zip."),
+    "grade": ((f"{_GRADING}.verbs_grade", "grade"), "Grade a folder of submitted notebooks."),
+    "regrade": ((f"{_GRADING}.verbs_people", "regrade"), "After a judge was mended: whose grade changes, and why."),
+    "adjust": ((f"{_GRADING}.verbs_people", "adjust"), "Change the points of one task by hand, with a reason."),
+    "marks": ((f"{_GRADING}.verbs_people", "marks"), "Hand-marked tasks: a rubric as CSV, out and in."),
+    "feedback": ((f"{_GRADING}.verbs_tell", "feedback"), "Write an HTML page for each student."),
+    "export": ((f"{_GRADING}.verbs_tell", "export"), "Write grades for Canvas, Moodle or a spreadsheet."),
+    "class-report": ((f"{_GRADING}.verbs_tell", "class_report"), "Write a page that shows how the class did."),
+    "explain": ((f"{_GRADING}.verbs_people", "explain"), "Say how a grade came to be, step by step."),
+    "viva": ((f"{_GRADING}.verbs_release", "viva"), "Questions to a student about their own code."),
+    "forget": ((f"{_GRADING}.verbs_people", "forget"), "Erase a student from the ledger."),
     "doctor": (("course_lib.classroom.doctor", "command"), "Say what works here, and how to mend the rest."),
 }
 
