@@ -118,7 +118,8 @@ def _frames(trace: TracebackType | None) -> list[tuple[str, int]]:
     return frames
 
 
-_OTHERS = tuple(sorted({str(Path(__file__).parents[1]), os.path.dirname(os.__file__), sys.prefix}))
+_PACKAGES = str(Path(np.__file__).parents[1])
+_OTHERS = tuple(sorted({str(Path(__file__).parents[1]), os.path.dirname(os.__file__), sys.prefix, _PACKAGES}))
 
 
 def _is_learners(filename: str) -> bool:

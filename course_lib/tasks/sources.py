@@ -22,7 +22,52 @@ def forbidden(task: Task, function: Callable[..., Any]) -> str:
     -------
     The sentence; "" if nothing was found, or if the source cannot be read.
     """
-    names = list(dict.fromkeys(_used(function, set())))
+    return _sentence(task, list(dict.fromkeys(_used(function, set()))))
+
+
+def forbidden_in_text(task: Task, source: str, given: str = "", apart: tuple[str, ...] = ()) -> str:
+    """The same of code that nobody has run: the answer's functions and the functions of the text that they call.
+
+    Parameters
+    ----------
+    source : the learner's code, helpers and all.
+    given : the lab's own code before it, for its imports.
+    apart : modules that are nobody's answer, such as what draws.
+    """
+    try:
+        body = ast.parse(source).body
+        imported = dict(_imports(ast.parse(given))) | dict(_imports(ast.Module(body, [])))
+    except (SyntaxError, ValueError, RecursionError):
+        return ""
+    functions = {node.name: node for node in body if isinstance(node, (ast.FunctionDef, ast.ClassDef))}
+    values = {
+        target.id: node
+        for node in body
+        if isinstance(node, ast.Assign)
+        for target in node.targets
+        if isinstance(target, ast.Name)
+    }
+    parts = {**values, **functions}
+    names: list[str] = []
+    seen: set[str] = set()
+    waiting = [task.function]
+    while waiting:
+        name = waiting.pop()
+        if name in seen or name not in parts:
+            continue
+        seen.add(name)
+        tree = parts[name]
+        inside = dict(_imports(tree))
+        names += inside.values()
+        for root, chain in _chains(tree):
+            if root in parts:
+                waiting.append(root)
+            elif root in imported or root in inside:
+                names.append(".".join([{**imported, **inside}[root], *chain]))
+    return _sentence(task, [name for name in dict.fromkeys(names) if not any(_within(name, free) for free in apart)])
+
+
+def _sentence(task: Task, names: list[str]) -> str:
     allowed = ", ".join(task.may_call) or "plain Python"
     for name in names:
         if any(_within(name, hidden) for hidden in task.hides):

@@ -18,8 +18,8 @@ infrastructure: the grader failed (a dataset missing, no sandbox); never scored,
 
 TaskStatus = Literal["passed", "failed", "raised", "not started", "by hand", "missing", "refused", "no answer"]
 """passed, failed, raised, not started, by hand: as `course_lib.tasks.judging.Result.status`. missing: no function of
-this name was handed in. refused: the answer uses what the task does not allow. no answer: the kernel died, time was up, or
-what came back was no single plain answer; `reason` tells which."""
+this name was handed in. refused: the answer uses what the task does not allow. no answer: the kernel died, time was up,
+or what came back was no single plain answer; `reason` tells which."""
 
 
 class Notice(TypedDict):

@@ -1,0 +1,1 @@
+"""What runs inside the sandbox; nothing here decides about points, and nothing here is trusted."""

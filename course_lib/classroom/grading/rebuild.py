@@ -1,0 +1,311 @@
+"""From a submitted notebook to the one that is run: the released frame with nothing taken over but answers.
+
+An answer is found by its cell's id, then by its task's heading, then by its function's name. With it come the learner's
+own helpers that it uses, wherever they stand. Each statement becomes a cell of its own, so that one that fails costs
+only itself. Everything that was not as released is told, and costs nothing.
+"""
+
+from __future__ import annotations
+
+import ast
+import builtins
+import re
+import warnings
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+from IPython.core.inputtransformer2 import TransformerManager
+from nbformat import NotebookNode
+
+from course_lib.classroom.notebooks import task_heading
+
+from .records import Notice
+from .released import ReleasedLab, Slot
+
+__all__ = ["Answer", "Piece", "Rebuilt", "rebuild"]
+
+MOST_PIECES = 60
+"""So many statements of an answer are run one by one; the rest together."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """One cell to run: `task` is "" for the lab's own; `line` of its cell it starts on."""
+
+    task: str
+    source: str
+    line: int = 1
+
+
+@dataclass
+class Answer:
+    """What was handed in for one task.
+
+    Parameters
+    ----------
+    state : "found", "stub" (as released), "missing", or "broken" (not Python; `trouble` says why).
+    source : the learner's code for it, helpers first.
+    pieces : the same as cells to run.
+    """
+
+    slot: Slot
+    state: str
+    source: str = ""
+    trouble: str = ""
+    pieces: list[Piece] = field(default_factory=list)
+
+
+@dataclass
+class Rebuilt:
+    """A notebook to run: the given pieces, then each answer's pieces and probe, in the order of the tasks."""
+
+    given: list[Piece]
+    answers: list[Answer]
+    notices: list[Notice]
+
+
+@dataclass(frozen=True)
+class _Cell:
+    """A submitted code cell: `heading` is the number of the task whose heading stands above it, or 0."""
+
+    place: int
+    id: str
+    heading: int
+    source: str
+    tree: ast.Module | None
+    trouble: str
+
+    def binds(self, name: str) -> bool:
+        if self.tree is None:
+            return re.search(rf"^(async\s+)?def\s+{name}\b|^{name}\s*=", self.source, re.M) is not None
+        return any(name in _bound(statement) for statement in self.tree.body)
+
+
+def rebuild(nb: NotebookNode, lab: ReleasedLab) -> Rebuilt:
+    """Take the answers out of a submitted notebook. Executes nothing; never raises for what a learner wrote."""
+    notices: list[Notice] = []
+    cells = _cells(nb)
+    given_trees = {name: _parse(lab.cells[name])[0] for name in lab.given}
+    released = {_normal(tree) for source in lab.cells.values() if (tree := _parse(source)[0]) is not None}
+    released_statements = {
+        _normal(statement) for source in lab.cells.values() for statement in getattr(_parse(source)[0], "body", [])
+    }
+    own = [
+        (cell, statement)
+        for cell in cells
+        if cell.tree is not None and _normal(cell.tree) not in released
+        for statement in cell.tree.body
+        if _normal(statement) not in released_statements
+    ]
+    chosen = [_choose(slot, lab, cells, notices) for slot in lab.slots]
+    taken: set[int] = set()
+    for i, (answer, cell) in enumerate(chosen):
+        if cell is not None and cell.tree is not None:
+            before = {id(other) for _, other in chosen[:i] if other is not None} | {id(cell)}
+            _fill(answer, cell, [item for item in own if id(item[0]) not in before], taken, notices)
+    notices += _frame_notices(cells, lab)
+    pieces = [piece for name in lab.given for piece in _split("", lab.cells[name], given_trees[name])]
+    return Rebuilt(pieces, [answer for answer, _ in chosen], notices)
+
+
+def _cells(nb: NotebookNode) -> list[_Cell]:
+    found = []
+    heading = 0
+    for place, cell in enumerate(nb.cells):
+        if cell.cell_type == "markdown":
+            seen = task_heading(cell.source)
+            heading = seen.number if seen else heading
+        elif cell.cell_type == "code":
+            source = _plain_python(cell.source)
+            tree, trouble = _parse(source)
+            found.append(_Cell(place, str(cell.get("id", "")), heading, source, tree, trouble))
+    return found
+
+
+def _plain_python(source: str) -> str:
+    """A cell without what only a notebook understands, as far as it stood outside the answer: magics, `!` and `?`."""
+    if _parse(source)[0] is not None:
+        return source
+    lines = source.split("\n")
+    first = next((i for i, line in enumerate(lines) if line.strip()), 0)
+    if lines[first].startswith("%%"):
+        if lines[first].split()[0] not in ("%%time", "%%timeit", "%%capture", "%%prun"):
+            return "\n".join(f"# {line}" for line in lines)
+        lines[first] = f"# {lines[first]}"
+    try:
+        text = TransformerManager().transform_cell("\n".join(lines))
+    except (SyntaxError, ValueError, RecursionError):
+        return "\n".join(lines)
+    tree = _parse(text)[0]
+    if tree is None:
+        return "\n".join(lines)
+    told = text.split("\n")
+    for statement in tree.body:
+        if isinstance(statement, ast.Expr) and ast.unparse(statement).startswith("get_ipython()."):
+            for i in range(statement.lineno - 1, statement.end_lineno or statement.lineno):
+                told[i] = f"# {told[i]}"
+    return "\n".join(told)
+
+
+def _parse(source: str) -> tuple[ast.Module | None, str]:
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # a learner's "\d" is no trouble of ours
+            return ast.parse(source), ""
+    except SyntaxError as error:
+        return None, f"{type(error).__name__}: {error.msg} (line {error.lineno} of the cell)"
+    except (ValueError, RecursionError, MemoryError) as error:
+        return None, f"it is not Python: {type(error).__name__}"
+
+
+def _normal(tree: ast.AST) -> str:
+    try:
+        return ast.dump(tree)
+    except RecursionError:
+        return str(id(tree))
+
+
+def _bound(statement: ast.stmt) -> set[str]:
+    """The names that a top-level statement gives a value."""
+    names: set[str] = set()
+    waiting: list[ast.AST] = [statement]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
+            names.add(node.name)
+            continue
+        if isinstance(node, (ast.Lambda, ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)):
+            continue
+        if isinstance(node, (ast.Import, ast.ImportFrom)):
+            names |= {(alias.asname or alias.name).split(".")[0] for alias in node.names}
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            names.add(node.id)
+        elif isinstance(node, ast.ExceptHandler) and node.name:
+            names.add(node.name)
+        waiting += ast.iter_child_nodes(node)
+    return names
+
+
+def _used(statement: ast.AST) -> set[str]:
+    return {node.id for node in ast.walk(statement) if isinstance(node, ast.Name)} - set(dir(builtins))
+
+
+def _choose(
+    slot: Slot, lab: ReleasedLab, cells: Sequence[_Cell], notices: list[Notice]
+) -> tuple[Answer, _Cell | None]:
+    """Find the cell that holds the answer of one task."""
+    name, number = slot.function, slot.task.number
+    stub = _normal(_parse(slot.stub)[0] or ast.Module([], []))
+    candidates = [cell for cell in cells if cell.binds(name)]
+    worked = [cell for cell in candidates if cell.tree is None or _normal(cell.tree) != stub]
+    others = {other.cell for other in lab.slots} - {slot.cell}
+    by_id = [cell for cell in worked if cell.id == slot.cell]
+    by_heading = [cell for cell in worked if cell.heading == number and cell.id not in others]
+    by_name = [cell for cell in worked if cell.id not in others] or worked
+    how, chosen = "", None
+    for how, group in (("id", by_id), ("heading", by_heading), ("name", by_name)):  # noqa: B007
+        if group:
+            whole = [cell for cell in group if cell.tree is not None]
+            chosen = (whole or group)[-1]
+            break
+    if len(worked) > 1 and chosen is not None:
+        _say(notices, "several", slot, f"{name} is written in {len(worked)} cells; the one that counts is cell "
+             f"{chosen.place + 1}.")
+    if chosen is None:
+        state = "stub" if candidates else "missing"
+        if state == "missing":
+            _say(notices, "missing", slot, f"no cell defines {name}.")
+        return Answer(slot, state, slot.stub if state == "stub" else ""), None
+    if how != "id":
+        _say(notices, "moved", slot, f"{name} was not in its cell; it was found by its {how} in cell {chosen.place + 1}.")
+    if chosen.tree is None:
+        return Answer(slot, "broken", chosen.source, chosen.trouble), chosen
+    return Answer(slot, "found", chosen.source), chosen
+
+
+def _fill(
+    answer: Answer,
+    chosen: _Cell,
+    own: Sequence[tuple[_Cell, ast.stmt]],
+    taken: set[int],
+    notices: list[Notice],
+) -> None:
+    """Split the chosen cell into pieces, after the learner's own helpers that it uses."""
+    assert chosen.tree is not None
+    inside = {name for statement in chosen.tree.body for name in _bound(statement)}
+    helpers: dict[int, tuple[_Cell, ast.stmt]] = {}
+    wanted = set().union(*(_used(statement) for statement in chosen.tree.body)) - inside
+    seen: set[str] = set()
+    while wanted - seen:
+        name = sorted(wanted - seen)[0]
+        seen.add(name)
+        for cell, statement in own:
+            bound = _bound(statement)
+            if name in bound and answer.slot.function not in bound and id(statement) not in helpers:
+                helpers[id(statement)] = (cell, statement)
+                wanted |= _used(statement)
+    told = []
+    for cell, statement in sorted(helpers.values(), key=lambda item: (item[0].place, item[1].lineno)):
+        told.append(_with_decorators(cell.source, statement))
+        if id(statement) not in taken:
+            taken.add(id(statement))
+            answer.pieces.append(Piece(answer.slot.task.id, told[-1], statement.lineno))
+    if told:
+        _say(notices, "helpers", answer.slot, f"{len(told)} statements from other cells that it uses came with it.")
+    answer.pieces += _split(answer.slot.task.id, chosen.source, chosen.tree)
+    answer.source = "\n".join([*told, chosen.source])
+
+
+def _with_decorators(source: str, statement: ast.stmt) -> str:
+    lines = source.split("\n")
+    first = min([statement.lineno, *(d.lineno for d in getattr(statement, "decorator_list", []))])
+    return "\n".join(lines[first - 1 : statement.end_lineno])
+
+
+def _split(task: str, source: str, tree: ast.Module | None) -> list[Piece]:
+    """One piece a statement, on the line of the cell where it stood."""
+    if tree is None:
+        return [Piece(task, source)]
+    starts = [
+        min([statement.lineno, *(d.lineno for d in getattr(statement, "decorator_list", []))])
+        for statement in tree.body
+    ]
+    if len(set(starts)) < len(starts) or any(
+        (before.end_lineno or 0) >= start for before, start in zip(tree.body, starts[1:], strict=False)
+    ):
+        return [Piece(task, source)]  # several statements on one line: leave them as they are
+    lines = source.split("\n")
+    pieces = [
+        Piece(task, "\n".join(lines[start - 1 : statement.end_lineno]), start)
+        for start, statement in zip(starts, tree.body, strict=True)
+    ]
+    if len(pieces) > MOST_PIECES:
+        rest = "\n".join(lines[pieces[MOST_PIECES].line - 1 :])
+        pieces = [*pieces[:MOST_PIECES], Piece(task, rest, pieces[MOST_PIECES].line)]
+    return pieces
+
+
+def _frame_notices(cells: Iterable[_Cell], lab: ReleasedLab) -> list[Notice]:
+    """What of the frame is not as it was released: told, and put back."""
+    found: list[Notice] = []
+    ids = [cell.id for cell in cells]
+    slots = {slot.cell for slot in lab.slots}
+    sources = {cell.id: cell.source for cell in cells}
+    gone = [name for name in lab.cells if name not in ids]
+    changed = [n for n in lab.cells if n in sources and n not in slots and sources[n].strip() != lab.cells[n].strip()]
+    doubled = sorted({name for name in ids if name and ids.count(name) > 1})
+    order = [name for name in dict.fromkeys(ids) if name in lab.cells]
+    for code, what, names in (
+        ("cells gone", "of the lab's cells are gone and were put back", gone),
+        ("cells changed", "of the lab's own cells were changed and were put back", changed),
+        ("cells doubled", "cells share an id", doubled),
+    ):
+        if names:
+            found.append(Notice(code=code, task="", text=f"{len(names)} {what}."))
+    if order != [name for name in lab.cells if name in set(order)]:
+        found.append(Notice(code="cells moved", task="", text="the lab's cells stand in another order; it was put back."))
+    return found
+
+
+def _say(notices: list[Notice], code: str, slot: Slot, text: str) -> None:
+    notices.append(Notice(code=code, task=slot.task.id, text=f"{slot.task.label}: {text}"))
