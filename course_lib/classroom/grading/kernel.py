@@ -120,7 +120,7 @@ class Kernel(RunningKernel):
             ip=str(self._open / "z"),
             context=self.context,
         )
-        log = open(self._closed / "said.txt", "wb")  # noqa: SIM115 - the process keeps it
+        log = open(self._closed / "said.txt", "wb")
         with log:
             self.km.start_kernel(env=environment, cwd=str(self._closed), stdout=log, stderr=subprocess.STDOUT)
         self.process = psutil.Process(self.km.provisioner.pid)

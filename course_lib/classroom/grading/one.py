@@ -55,7 +55,7 @@ def _grader() -> str:
     return digest.hexdigest()[:12]
 
 
-def GRADER() -> str:  # noqa: N802
+def GRADER() -> str:
     """The version of this grader, for records and the ledger."""
     return _grader()
 

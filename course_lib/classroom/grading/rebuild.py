@@ -217,7 +217,7 @@ def _choose(
             _say(notices, "missing", slot, f"no cell defines {name}.")
         return Answer(slot, state, slot.stub if state == "stub" else ""), None
     if how != "id":
-        _say(notices, "moved", slot, f"{name} was not in its cell; it was found by its {how} in cell {chosen.place + 1}.")
+        _say(notices, "moved", slot, f"{name} was found by its {how} in cell {chosen.place + 1}.")
     if chosen.tree is None:
         return Answer(slot, "broken", chosen.source, chosen.trouble), chosen
     return Answer(slot, "found", chosen.source), chosen
@@ -303,7 +303,7 @@ def _frame_notices(cells: Iterable[_Cell], lab: ReleasedLab) -> list[Notice]:
         if names:
             found.append(Notice(code=code, task="", text=f"{len(names)} {what}."))
     if order != [name for name in lab.cells if name in set(order)]:
-        found.append(Notice(code="cells moved", task="", text="the lab's cells stand in another order; it was put back."))
+        found.append(Notice(code="cells moved", task="", text="the cells stand in another order; it was put back."))
     return found
 
 
