@@ -26,7 +26,7 @@ from .released import ReleasedLab, released_lab
 from .room import SILENT, Room, build_room, rooms_of
 from .sandbox import Held, NoSandbox, machine, probe_sandbox
 
-__all__ = ["GRADER", "Job", "grade_one", "held_by", "prepare"]
+__all__ = ["Job", "failed_record", "grade_one", "grader_version", "held_by", "load_data", "prepare"]
 
 ROOT = Path(__file__).resolve().parents[3]
 MOST_SOURCE = 20_000
@@ -45,19 +45,14 @@ class Job(TypedDict):
 
 
 @lru_cache(maxsize=1)
-def _grader() -> str:
-    """A version of the grader: a hash over what can change a grade beside tasks and labs."""
+def grader_version() -> str:
+    """The version of this grader: a hash over what can change a grade beside tasks and labs."""
     digest = hashlib.sha256()
     for folder, pattern in (("classroom/grading", "**/*.py"), ("tasks", "*.py")):
         for path in sorted((ROOT / "course_lib" / folder).glob(pattern)):
             if not path.name.startswith(("lab_", "mistakes_", "flying_", "verbs_")):
                 digest.update(path.name.encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()[:12]
-
-
-def GRADER() -> str:
-    """The version of this grader, for records and the ledger."""
-    return _grader()
 
 
 def held_by(kind: str) -> Held:
@@ -67,7 +62,8 @@ def held_by(kind: str) -> Held:
     return probe_sandbox()
 
 
-def _load() -> Callable[..., Any]:
+def load_data() -> Callable[..., Any]:
+    """The loader of real data for tasks that need them."""
     from course_lib.notebook import data
 
     return data.load
@@ -136,7 +132,7 @@ def _empty(job: Job) -> Record:
         lab_version=lab.version,
         seed=job["seed"],
         environment=machine(),
-        grader=GRADER(),
+        grader=grader_version(),
         isolation="",
         status="graded",
         reason="",
@@ -146,6 +142,13 @@ def _empty(job: Job) -> Record:
         max=lab.points,
         seconds={},
     )
+
+
+def failed_record(job: Job, code: str, sentence: str) -> Record:
+    """The record of a submission that the grader could not grade."""
+    record = _empty(job)
+    _failed(record, code, sentence)
+    return record
 
 
 def _failed(record: Record, code: str, sentence: str) -> None:
@@ -186,7 +189,7 @@ def _grade(job: Job, record: Record, prepared: Prepared, held: Held, limits: Lim
 
 
 def _cases(task: tasks.Task, seed: int) -> tuple[tasks.Case, ...]:
-    return tasks.fresh(task, seed, _load() if task.data else None)
+    return tasks.fresh(task, seed, load_data() if task.data else None)
 
 
 def _refusal(answer: Answer, lab: ReleasedLab) -> str:

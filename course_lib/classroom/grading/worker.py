@@ -1,0 +1,131 @@
+"""A process that grades one submission after another, each in a child of its own.
+
+It has imported everything, knows the lab and has drawn the fresh inputs, so that a child starts at once; and nothing
+that a submission does to the process that grades it can reach the next. Jobs come as lines of JSON on the standard
+input, records go out likewise. Its children never outlive it.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import select
+import signal
+import sys
+import time
+from typing import Any
+
+import psutil
+
+from course_lib import tasks
+
+from .limits import Limits
+from .one import failed_record, grade_one, load_data, prepare
+from .records import Record
+
+__all__ = ["main"]
+
+SLACK_SECONDS = 60
+"""What a child may take beyond the limits of its submission (start, judging) before it counts as hung."""
+
+
+def main() -> None:
+    """Read jobs until the input ends."""
+    _die_with_parent()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that gives the jobs
+    jobs = os.fdopen(os.dup(0), "rb")
+    records = os.fdopen(os.dup(1), "wb")
+    null = os.open(os.devnull, os.O_RDWR)
+    os.dup2(null, 0)
+    os.dup2(null, 1)
+    for line in jobs:
+        job = json.loads(line)
+        record = grade_apart(job)
+        records.write(json.dumps(record).encode() + b"\n")
+        records.flush()
+
+
+def grade_apart(job: dict[str, Any]) -> Record:
+    """Grade one job in a child process; a child that dies or hangs is an infrastructure failure."""
+    limits = Limits.from_dict(job.get("limits", {}))
+    _warm(job, limits)
+    reader, writer = os.pipe()
+    child = os.fork()
+    if child == 0:
+        os.close(reader)
+        code = 1
+        try:
+            os.setsid()
+            _die_with_parent()
+            signal.signal(signal.SIGINT, signal.SIG_DFL)
+            with os.fdopen(writer, "wb") as out:
+                out.write(json.dumps(grade_one(job)).encode())
+            code = 0
+        finally:
+            os._exit(code)
+    os.close(writer)
+    try:
+        text = _read(reader, time.monotonic() + limits.total_seconds + limits.start_seconds + SLACK_SECONDS)
+    finally:
+        os.close(reader)
+        _end(child)
+    if not text:
+        return failed_record(job, "grader", "the process that graded this submission ended without a word.")
+    return json.loads(text)
+
+
+def _warm(job: dict[str, Any], limits: Limits) -> None:
+    """Do once what every child would do again; what fails here fails in the child, too, and is told there."""
+    try:
+        prepared = prepare(job["lab"], limits)
+        for slot in prepared.lab.slots:
+            tasks.fresh(slot.task, job["seed"], load_data() if slot.task.data else None)
+    except Exception:
+        return
+
+
+def _read(reader: int, deadline: float) -> bytes:
+    parts = []
+    while (left := deadline - time.monotonic()) > 0:
+        if not select.select([reader], [], [], left)[0]:
+            break
+        part = os.read(reader, 1 << 20)
+        if not part:
+            return b"".join(parts)
+        parts.append(part)
+    return b""
+
+
+def _end(child: int) -> None:
+    """End a child and everything that it started."""
+    family = []
+    try:
+        family = psutil.Process(child).children(recursive=True)
+    except psutil.NoSuchProcess:
+        pass
+    for one in family:
+        try:
+            one.kill()
+        except psutil.NoSuchProcess:
+            pass
+    try:
+        os.kill(child, signal.SIGKILL)
+    except ProcessLookupError:
+        pass
+    os.waitpid(child, 0)
+
+
+def _die_with_parent() -> None:
+    """Ask Linux to end this process when the one that started it ends, so that a killed grader leaves nothing."""
+    if sys.platform != "linux":
+        return
+    import ctypes
+
+    parent = os.getppid()
+    ctypes.CDLL(None, use_errno=True).prctl(1, signal.SIGKILL)
+    if os.getppid() != parent:
+        os._exit(1)
+
+
+if __name__ == "__main__":
+    main()
