@@ -201,8 +201,13 @@ class _Probe(pytest.Item):
             raise Strike("doubled", "More than one answer came back for one question, so none counts.")
         if not answers or answers[0] is None:
             why = "forged" if run.came[nonce] else "no answer"
-            raise Strike(why, {"forged": "What came back was not an answer of the form that the grader asked for.",
-                               "no answer": "No answer came back."}[why])
+            raise Strike(
+                why,
+                {
+                    "forged": "What came back was not an answer of the form that the grader asked for.",
+                    "no answer": "No answer came back.",
+                }[why],
+            )
         run.outcomes[self.task] = answers[0]
 
     def repr_failure(self, excinfo: Any) -> str:
@@ -309,4 +314,3 @@ def run_notebook(run: Run, rebuilt: Rebuilt) -> None:
     if run.strange:
         text = f"{run.strange} answers came that nobody had asked for; they were not read."
         run.notices.append(Notice(code="strange answers", task="", text=text))
-

@@ -71,9 +71,7 @@ class Kernel(RunningKernel):
     note_answer : called with each answer that the kernel publishes; gives what is to be returned by `ask`.
     """
 
-    def __init__(
-        self, held: Held, room: Room, limits: Limits, folder: Path, note_answer: Callable[[Any], Any]
-    ) -> None:
+    def __init__(self, held: Held, room: Room, limits: Limits, folder: Path, note_answer: Callable[[Any], Any]) -> None:
         self.limits = limits
         self._note_answer = note_answer
         self._ready: dict[str, deque[dict]] = {"iopub": deque(), "shell": deque()}

@@ -26,7 +26,16 @@ from .released import ReleasedLab, released_lab
 from .room import SILENT, Room, build_room, rooms_of
 from .sandbox import Held, NoSandbox, machine, probe_sandbox
 
-__all__ = ["Job", "failed_record", "grade_one", "grader_version", "held_by", "load_data", "prepare"]
+__all__ = [
+    "Job",
+    "failed_record",
+    "grade_one",
+    "grader_version",
+    "held_by",
+    "load_data",
+    "prepare",
+    "unreadable_record",
+]
 
 ROOT = Path(__file__).resolve().parents[3]
 MOST_SOURCE = 20_000
@@ -151,6 +160,16 @@ def failed_record(job: Job, code: str, sentence: str) -> Record:
     return record
 
 
+def unreadable_record(job: Job, code: str, sentence: str) -> Record:
+    """The record of a submission of which nothing could be run: 0 points, its reason, and work for a person."""
+    record = _empty(job)
+    record.update(status="unreadable", reason=sentence)
+    record["notices"].append(Notice(code=code, task="", text=sentence))
+    slots = released_lab(job["lab"]).slots
+    record["tasks"] = [_task_record(slot.task, "missing", "unreadable", sentence) for slot in slots]
+    return record
+
+
 def _failed(record: Record, code: str, sentence: str) -> None:
     record.update(status="infrastructure", reason=sentence, tasks=[], points=0.0)
     record["notices"].append(Notice(code=code, task="", text=sentence))
@@ -161,14 +180,10 @@ def _grade(job: Job, record: Record, prepared: Prepared, held: Held, limits: Lim
     try:
         nb = notebook_of(base64.b64decode(job["notebook"]), IntakeLimits())
     except Unreadable as error:
-        record.update(status="unreadable", reason=error.sentence)
-        record["notices"].append(Notice(code=error.code, task="", text=error.sentence))
-        record["tasks"] = [_task_record(slot.task, "missing", "unreadable", error.sentence) for slot in lab.slots]
+        record.update(unreadable_record(job, error.code, error.sentence) | {"isolation": record["isolation"]})
         return
     rebuilt = rebuild(nb, lab)
-    refused = {
-        answer.slot.task.id: _refusal(answer, lab) for answer in rebuilt.answers if answer.state == "found"
-    }
+    refused = {answer.slot.task.id: _refusal(answer, lab) for answer in rebuilt.answers if answer.state == "found"}
     cases = {slot.task.id: _cases(slot.task, job["seed"]) for slot in lab.slots}
     done: dict[str, Run] = {}
     for group, room in prepared.rooms:
@@ -234,9 +249,7 @@ def _of_result(result: Result, answer: Answer, outcomes: list[tasks.Outcome]) ->
     return record
 
 
-def _task_record(
-    task: tasks.Task, status: Any, reason: str, error: str, answer: Answer | None = None
-) -> TaskRecord:
+def _task_record(task: tasks.Task, status: Any, reason: str, error: str, answer: Answer | None = None) -> TaskRecord:
     return TaskRecord(
         id=task.id,
         number=task.number,

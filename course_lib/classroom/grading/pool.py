@@ -30,8 +30,13 @@ TRIES = 3
 def good_workers(memory_mb: float) -> int:
     """As many workers as there are cores, and as fit into the memory that is free."""
     free = psutil.virtual_memory().available / 1e6
-    return max(1, min(len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1,
-                      int(free / (memory_mb + 500))))
+    return max(
+        1,
+        min(
+            len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1,
+            int(free / (memory_mb + 500)),
+        ),
+    )
 
 
 class WorkerProcess:
@@ -70,15 +75,19 @@ class WorkerProcess:
 
 
 def _start() -> subprocess.Popen[bytes]:
-    environment = {**os.environ, "TMPDIR": str(private_folder()), "PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1", "COURSE_QUIET": "1"}
+    environment = {
+        **os.environ,
+        "TMPDIR": str(private_folder()),
+        "PYTHONPATH": str(ROOT),
+        "OPENBLAS_NUM_THREADS": "1",
+        "COURSE_QUIET": "1",
+    }
     return subprocess.Popen(
         [sys.executable, *COMMAND], stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd="/", env=environment
     )
 
 
-def grade_jobs(
-    jobs: Sequence[dict[str, Any]], workers: int, on_record: Callable[[int, Record], None]
-) -> None:
+def grade_jobs(jobs: Sequence[dict[str, Any]], workers: int, on_record: Callable[[int, Record], None]) -> None:
     """Grade jobs on workers of this machine.
 
     Parameters

@@ -190,9 +190,7 @@ def _used(statement: ast.AST) -> set[str]:
     return {node.id for node in ast.walk(statement) if isinstance(node, ast.Name)} - set(dir(builtins))
 
 
-def _choose(
-    slot: Slot, lab: ReleasedLab, cells: Sequence[_Cell], notices: list[Notice]
-) -> tuple[Answer, _Cell | None]:
+def _choose(slot: Slot, lab: ReleasedLab, cells: Sequence[_Cell], notices: list[Notice]) -> tuple[Answer, _Cell | None]:
     """Find the cell that holds the answer of one task."""
     name, number = slot.function, slot.task.number
     stub = _normal(_parse(slot.stub)[0] or ast.Module([], []))
@@ -209,8 +207,12 @@ def _choose(
             chosen = (whole or group)[-1]
             break
     if len(worked) > 1 and chosen is not None:
-        _say(notices, "several", slot, f"{name} is written in {len(worked)} cells; the one that counts is cell "
-             f"{chosen.place + 1}.")
+        _say(
+            notices,
+            "several",
+            slot,
+            f"{name} is written in {len(worked)} cells; the one that counts is cell {chosen.place + 1}.",
+        )
     if chosen is None:
         state = "stub" if candidates else "missing"
         if state == "missing":
