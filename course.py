@@ -78,8 +78,20 @@ VERBS = {
     "bench": ("[--notebooks] [--only WORD] [--write]", "Measure speed against the professional tools."),
     "data": ("list | get NAME", "List and fetch datasets."),
     "reset": ("LAB [--lesson]", "Make a fresh copy of a lab, overwriting nothing."),
+    "release": ("LAB ... --out FOLDER [--hints 0..3]", "Make what students get of a lab: a folder and a zip."),
+    "grade": ("FOLDER --out FOLDER [--lab NAME] [--roster FILE]", "Grade a folder of submitted notebooks."),
+    "regrade": ("[LAB ...] [--dry-run] [--never-lower]", "After a judge was mended: whose grade changes, and why."),
+    "adjust": ("STUDENT LAB TASK --points N --by WHO --reason WHY", "Change the points of a task by hand, with a reason."),
+    "marks": ("out LAB --out FILE | in FILE --by WHO", "Hand-marked tasks: a rubric as CSV, out and in."),
+    "feedback": ("[--lab LAB] [--student ID]", "Write an HTML page for each student."),
+    "export": ("--format canvas|moodle|csv --out FILE", "Write grades for Canvas, Moodle or a spreadsheet."),
+    "class-report": ("--out FILE [--lab LAB]", "Write a page that shows how the class did."),
+    "explain": ("STUDENT LAB TASK", "Say how a grade came to be, step by step."),
+    "viva": ("STUDENT LAB [--answers]", "Questions to a student about their own code."),
+    "forget": ("STUDENT", "Erase a student from the ledger."),
     "doctor": ("[--csv]", "Say what works here, and how to mend the rest."),
 }
+GRADING = ("test", "bench", "grade", "regrade")  # verbs that run submitted notebooks, in bubblewrap
 
 
 class Stop(Exception):
@@ -342,6 +354,19 @@ def library_command(missing: Sequence[str], family: str) -> str:
     column, command = FAMILIES.get(family, FAMILIES["debian"])
     packages = sorted(set(" ".join(PACKAGES[name][column] for name in missing).split()))
     return as_administrator(f"{command} {' '.join(packages)}") if packages else ""
+
+
+def ensure_sandbox(known: Facts) -> None:
+    """Install bubblewrap, in which submitted notebooks run, as root on Debian or Ubuntu; elsewhere name the line."""
+    if known.system != "Linux" or shutil.which("bwrap"):
+        return
+    command = FAMILIES.get(linux_family(), FAMILIES["debian"])[1]
+    line = as_administrator(f"{command} bubblewrap")
+    if linux_family() == "debian" and is_administrator() and shutil.which("apt-get"):
+        say(f"Installing the sandbox of submitted notebooks: {line}")
+        apt_get(line)
+    if not shutil.which("bwrap"):
+        say(f"Submitted notebooks run in bubblewrap, which an administrator installs with this line:\n    {line}")
 
 
 def is_administrator() -> bool:
@@ -1114,6 +1139,8 @@ def run(arguments: List[str]) -> int:
                 ensure_libraries(known)
             if not is_ready():
                 set_up(known, handle)
+    if verb in GRADING and not asks_help:
+        ensure_sandbox(known)
     return forward(arguments)
 
 
