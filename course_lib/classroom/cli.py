@@ -72,7 +72,7 @@ VERBS: dict[str, tuple[click.Command | tuple[str, str], str]] = {
     "release": ((f"{_GRADING}.verbs_release", "release"), "Make what students get of a lab: a folder and a zip."),
     "grade": ((f"{_GRADING}.verbs_grade", "grade"), "Grade a folder of submitted notebooks."),
     "regrade": ((f"{_GRADING}.verbs_people", "regrade"), "After a judge was mended: whose grade changes, and why."),
-    "adjust": ((f"{_GRADING}.verbs_people", "adjust"), "Change the points of a task by hand, with a reason."),
+    "adjust": ((f"{_GRADING}.verbs_people", "adjust"), "Change the points of a task by hand, and say why."),
     "marks": ((f"{_GRADING}.verbs_people", "marks"), "Hand-marked tasks: a rubric as CSV, out and in."),
     "feedback": ((f"{_GRADING}.verbs_tell", "feedback"), "Write an HTML page for each student."),
     "export": ((f"{_GRADING}.verbs_tell", "export"), "Write grades for Canvas, Moodle or a spreadsheet."),
