@@ -81,8 +81,8 @@ def grade(workers: int | None, dask: str | None, trust: bool, limits: Path | Non
     """
     if told["sandbox"] == "none" and not trust:
         raise click.UsageError(
-            "--sandbox none runs submitted code with your rights, on your files: add --i-trust-these-submissions if you "
-            "wrote them yourself."
+            "--sandbox none runs submitted code with your rights, on your files: add --i-trust-these-submissions "
+            "if you wrote them yourself."
         )
     settings = Settings(limits=read_limits(limits), **told)
     try:

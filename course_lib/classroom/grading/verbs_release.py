@@ -1,0 +1,46 @@
+"""The verbs `release` and `viva`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from course_lib import tasks
+from course_lib.classroom.tree import CourseError, course_tree
+
+__all__ = ["release", "viva"]
+
+
+@click.command("release")
+@click.argument("labs", nargs=-1, required=True, metavar="LAB…")
+@click.option("--out", required=True, type=click.Path(file_okay=False, path_type=Path), metavar="FOLDER")
+@click.option("--hints", type=click.IntRange(0, 3), default=3, show_default=True, help="Hints of each task that stay.")
+def release(labs: tuple[str, ...], out: Path, hints: int) -> None:
+    """Make what students get of some labs: a folder, a zip beside it, and a manifest.
+
+    LAB is a number (03) or a name (03_depth_to_points).
+    """
+    from .release import release as write
+
+    numbers = [name[:2] if name[:2].isdigit() else name.zfill(2) for name in labs]
+    for name, number in zip(labs, numbers, strict=True):
+        if number not in tasks.labs():
+            raise CourseError(f"there is no lab {name!r} to release; there are {', '.join(tasks.labs())}.")
+    archive = write(numbers, out, course_tree(), hints)
+    click.echo(f"{out} and {archive.name} hold lab {', '.join(sorted(set(numbers)))}: give students the zip.")
+
+
+@click.command("viva")
+@click.argument("student")
+@click.argument("lab")
+@click.option("--grades", type=click.Path(exists=True, file_okay=False, path_type=Path), default=Path("grades"))
+@click.option("--task", "number", type=click.IntRange(1), help="Only this task.")
+@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Another seed, other inputs.")
+@click.option("--answers", is_flag=True, help="Also what should come out, for you.")
+def viva(student: str, lab: str, grades: Path, number: int | None, seed: int, answers: bool) -> None:
+    """Questions to a student about their own code: one changed input a task, "what comes out?"."""
+    from .viva import questions
+
+    for line in questions(grades, student, lab, number, seed, answers):
+        click.echo(line)
