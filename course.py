@@ -81,7 +81,7 @@ VERBS = {
     "release": ("LAB ... --out FOLDER [--hints 0..3]", "Make what students get of a lab: a folder and a zip."),
     "grade": ("FOLDER --out FOLDER [--lab NAME] [--roster FILE]", "Grade a folder of submitted notebooks."),
     "regrade": ("[LAB ...] [--dry-run] [--never-lower]", "After a judge was mended: whose grade changes, and why."),
-    "adjust": ("STUDENT LAB TASK --points N --by WHO --reason WHY", "Change the points of a task by hand, and say why."),
+    "adjust": ("STUDENT LAB TASK --points N --by WHO --reason WHY", "Change a task's points by hand, with a reason."),
     "marks": ("out LAB --out FILE | in FILE --by WHO", "Hand-marked tasks: a rubric as CSV, out and in."),
     "feedback": ("[--lab LAB] [--student ID]", "Write an HTML page for each student."),
     "export": ("--format canvas|moodle|csv --out FILE", "Write grades for Canvas, Moodle or a spreadsheet."),

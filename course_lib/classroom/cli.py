@@ -10,53 +10,9 @@ import click
 
 from course_lib.notebook._errors import Refusal
 
-from .tree import CourseError, course_tree, nearest
+from .tree import CourseError, nearest
 
 __all__ = ["main"]
-
-
-@click.command("build")
-@click.argument("names", nargs=-1, metavar="[NAME…]")
-@click.option("--check", "only_check", is_flag=True, help="Prove that notebooks and sources agree; execute nothing.")
-@click.option("--lessons", "kind", flag_value="lesson", help="Only lessons.")
-@click.option("--labs", "kind", flag_value="lab", help="Only labs.")
-def build(names: tuple[str, ...], only_check: bool, kind: str | None) -> None:
-    """Turn sources into executed notebooks; a lab gives its solution and its exercise.
-
-    NAME is a number (03), a name (03_depth_to_points) or a path; without one, everything is built.
-    """
-    from .build import build_all, check_all
-
-    sys.exit((check_all if only_check else build_all)(names, kind, course_tree(), click.echo))
-
-
-@click.command("test", context_settings={"ignore_unknown_options": True})
-@click.option("--quick", is_flag=True, help="Only the library, the tools, lesson 00 and lab 01.")
-@click.option("--workers", type=click.IntRange(1), default=2, show_default=True, help="Processes that run at once.")
-@click.argument("more", nargs=-1, type=click.UNPROCESSED, metavar="[-- PYTEST WORDS…]")
-def test(quick: bool, workers: int, more: tuple[str, ...]) -> None:
-    """Prove the library, the tools, and every stored number of every lesson and solution.
-
-    Real-data cells are compared where their data are: set COURSE_DATA_MIRROR to a folder that holds them.
-    """
-    from .prove import prove
-
-    sys.exit(prove(course_tree(), quick, workers, more, click.echo))
-
-
-@click.command("bench")
-@click.option("--notebooks", is_flag=True, help="Seconds and memory of each lesson in a fresh kernel, instead.")
-@click.option("--only", "only", metavar="WORD", default="", help="Only cases or lessons with this in their name.")
-@click.option("--write", is_flag=True, help="Write docs/benchmarks.md.")
-def bench(notebooks: bool, only: str, write: bool) -> None:
-    """Measure the library against the professional tools, side by side, on the same number of threads."""
-    if notebooks:
-        from .weigh import weigh_lessons
-
-        sys.exit(weigh_lessons(course_tree(), only, click.echo))
-    from .bench import bench_cases
-
-    sys.exit(bench_cases(course_tree(), only, write, click.echo))
 
 
 _GRADING = "course_lib.classroom.grading"
@@ -64,15 +20,15 @@ _GRADING = "course_lib.classroom.grading"
 # verb: (its click command, or the module and the name that hold it; one line for --help)
 VERBS: dict[str, tuple[click.Command | tuple[str, str], str]] = {
     "start": (("course_lib.classroom.start", "command"), "Open JupyterLab on the course, labs as your own copies."),
-    "test": (test, "Prove the library, the tools and every notebook."),
-    "build": (build, "Turn sources into executed notebooks."),
-    "bench": (bench, "Measure speed against the professional tools."),
+    "test": (("course_lib.classroom.develop", "test"), "Prove the library, the tools and every notebook."),
+    "build": (("course_lib.classroom.develop", "build"), "Turn sources into executed notebooks."),
+    "bench": (("course_lib.classroom.develop", "bench"), "Measure speed against the professional tools."),
     "data": (("course_lib.classroom.data_verbs", "data_group"), "List and fetch datasets."),
     "reset": (("course_lib.classroom.reset", "command"), "Make a fresh copy of a lab, overwriting nothing."),
     "release": ((f"{_GRADING}.verbs_release", "release"), "Make what students get of a lab: a folder and a zip."),
     "grade": ((f"{_GRADING}.verbs_grade", "grade"), "Grade a folder of submitted notebooks."),
     "regrade": ((f"{_GRADING}.verbs_people", "regrade"), "After a judge was mended: whose grade changes, and why."),
-    "adjust": ((f"{_GRADING}.verbs_people", "adjust"), "Change the points of a task by hand, and say why."),
+    "adjust": ((f"{_GRADING}.verbs_people", "adjust"), "Change a task's points by hand, with a reason."),
     "marks": ((f"{_GRADING}.verbs_people", "marks"), "Hand-marked tasks: a rubric as CSV, out and in."),
     "feedback": ((f"{_GRADING}.verbs_tell", "feedback"), "Write an HTML page for each student."),
     "export": ((f"{_GRADING}.verbs_tell", "export"), "Write grades for Canvas, Moodle or a spreadsheet."),
@@ -82,6 +38,14 @@ VERBS: dict[str, tuple[click.Command | tuple[str, str], str]] = {
     "forget": ((f"{_GRADING}.verbs_people", "forget"), "Erase a student from the ledger."),
     "doctor": (("course_lib.classroom.doctor", "command"), "Say what works here, and how to mend the rest."),
 }
+
+
+def _is_here(module: str) -> bool:
+    """Whether a module is part of this copy; a release for students lacks some, with their packages."""
+    try:
+        return importlib.util.find_spec(module) is not None
+    except ModuleNotFoundError:
+        return False
 
 
 class _Verbs(click.Group):
@@ -96,7 +60,7 @@ class _Verbs(click.Group):
         where, _ = VERBS[cmd_name]
         if isinstance(where, click.Command):
             return where
-        if importlib.util.find_spec(where[0]) is None:
+        if not _is_here(where[0]):
             raise CourseError(f"the verb {cmd_name!r} is not part of this copy of the course.")
         return getattr(importlib.import_module(where[0]), where[1])
 
