@@ -1,0 +1,92 @@
+"""Pages and cells for people, made of words that learners wrote: escaped, cleaned, with nothing that runs."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import tempfile
+import unicodedata
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import jinja2
+
+__all__ = ["clean", "page_name", "render", "safe_cell", "write_text"]
+
+TEMPLATES = Path(__file__).with_name("templates")
+MOST = 600
+_RUNS = re.compile(r"^[\s\u00a0\u200b\ufeff]*[=+\-@\uff1d\uff0b\uff0d\uff20\t\r\n|%]")
+_NUMBER = re.compile(r"^-?\d+(\.\d+)?$")
+
+
+def clean(text: Any, most: int = MOST) -> str:
+    """Text that shows what it says: no control characters, nothing that turns the direction of what follows, not long.
+
+    Right-to-left letters stay; lone surrogates, which no file can hold, become a visible mark.
+    """
+    kept = []
+    for letter in str(text):
+        kind = unicodedata.category(letter)
+        if letter in "\n\t":
+            kept.append(" ")
+        elif kind == "Cs":
+            kept.append(f"\\x{ord(letter) & 0xFF:02x}")
+        elif kind in ("Cc", "Co") or letter in "\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069\u200e\u200f":
+            kept.append("\N{REPLACEMENT CHARACTER}" if kind == "Co" else "")
+        else:
+            kept.append(letter)
+    said = "".join(kept)
+    return said if len(said) <= most else said[: most - 1] + "…"
+
+
+def safe_cell(value: Any) -> str:
+    """A cell of a CSV file that no spreadsheet runs: numbers as they are, words that look like a formula quoted."""
+    if value is None:
+        return ""
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        return f"{value:g}"
+    text = clean(value, 5000)
+    return f"'{text}" if _RUNS.match(text) and not _NUMBER.match(text) else text
+
+
+def page_name(student: str, lab: str) -> str:
+    """A file name that a student cannot choose: letters of the id, and a hash that keeps two apart."""
+    plain = unicodedata.normalize("NFKD", student).encode("ascii", "ignore").decode()
+    slug = "-".join(re.findall(r"[A-Za-z0-9]+", plain))[:40].lower() or "student"
+    digest = hashlib.sha256(student.encode("utf-8", "surrogatepass")).hexdigest()[:8]
+    return f"{slug}-{digest}-lab{lab}.html"
+
+
+@lru_cache(maxsize=1)
+def _environment() -> jinja2.Environment:
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["clean"] = clean
+    environment.filters["points"] = lambda value: f"{value:g}"
+    return environment
+
+
+def render(template: str, **values: Any) -> str:
+    """A page from a template; every value is escaped."""
+    return _environment().get_template(template).render(**values)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a file whole or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".part")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8", errors="backslashreplace", newline="") as file:
+            file.write(text)
+        os.chmod(name, 0o644)
+        os.replace(name, path)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise
