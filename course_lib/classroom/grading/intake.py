@@ -1,4 +1,4 @@
-"""From a download to submissions: who handed in what, for which lab. Runs nothing, follows no link, keeps originals.
+"""From a download to submissions: who handed in what, for which lab. Runs nothing, follows no link, keeps bytes.
 
 Understood are a folder a student, a Moodle download ("Jane Doe_12345_assignsubmission_file_/lab.ipynb"), a Canvas
 download ("doejane_LATE_12345_678_lab-1.ipynb"), and loose files whose names begin with an id or a name; the folder may

@@ -190,10 +190,8 @@ def _grade_lab(
     if ready:
         with tally.progress(len(ready)):
             engine([job for _, job in ready], keep)
-    done = {entry.id for entry, _ in ready}
-    records = ledger.records_of(run, entries)
     for entry in entries:
-        tally.count(entry, records.get(entry.id), entry.id in done)
+        tally.count(entry, ledger.newest(entry))
 
 
 def _job(ledger: Ledger, run: Run, entry: Entry, settings: Settings) -> dict[str, Any]:
@@ -214,7 +212,7 @@ def _wait_for_lab(ledger: Ledger, found: list[Submission], tally: _Tally) -> Non
         lab="", lab_version="", seed=0, per_student=False, environment="", grader=grader_version(), isolation=""
     )
     for entry in ledger.take(run, found):
-        tally.count(entry, None, False)
+        tally.count(entry, None)
         tally.say(f"  {entry.path}: {entry.trouble or 'no lab fits it; say which with --lab NAME.'}")
 
 
@@ -253,7 +251,7 @@ class _Tally:
         if self._bar is not None:
             self._bar.advance(self._task)
 
-    def count(self, entry: Entry, record: Record | None, _new: bool) -> None:
+    def count(self, entry: Entry, record: Record | None) -> None:
         if record is not None and record["status"] == "infrastructure":
             self.counts["infrastructure"] += 1
         elif record is None or record["status"] == "unreadable" or not entry.student:
