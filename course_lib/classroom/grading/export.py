@@ -15,7 +15,7 @@ from typing import Any
 
 from .pages import safe_cell, write_text
 
-__all__ = ["FORMATS", "export_text", "write_export"]
+__all__ = ["FORMATS", "csv_text", "export_text", "write_export"]
 
 FORMATS = ("canvas", "moodle", "csv")
 OPEN = ("unreadable", "infrastructure", "waiting")
@@ -30,7 +30,11 @@ def write_export(standings: Sequence[Any], form: str, path: Path) -> int:
 
 def export_text(standings: Sequence[Any], form: str) -> str:
     """The CSV as text, with the line ends that spreadsheets expect."""
-    rows = {"canvas": _canvas, "moodle": _moodle, "csv": _plain}[form](standings)
+    return csv_text({"canvas": _canvas, "moodle": _moodle, "csv": _plain}[form](standings))
+
+
+def csv_text(rows: Sequence[Sequence[Any]]) -> str:
+    """Rows as CSV in which no cell runs."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\r\n")
     for row in rows:

@@ -1,0 +1,42 @@
+"""Which student, lab and task a person means on the command line."""
+
+from __future__ import annotations
+
+import re
+
+from course_lib import tasks
+from course_lib.classroom.tree import CourseError, nearest
+
+from .ledger import Ledger
+from .standing import Standing, standings
+
+__all__ = ["find_lab", "find_standing", "find_task"]
+
+
+def find_lab(name: str) -> str:
+    """The number of a lab from "3", "03" or its name."""
+    match = re.match(r"(\d\d?)(?:_|$)", name)
+    number = match[1].zfill(2) if match else name
+    if number not in tasks.labs():
+        raise CourseError(f"there is no lab {name!r}; there are {', '.join(tasks.labs())}.")
+    return number
+
+
+def find_task(lab: str, name: str) -> tasks.Task:
+    """The task of a lab from "2" or "03-2"."""
+    number = name.removeprefix(f"{lab}-")
+    for task in tasks.lab(lab):
+        if str(task.number) == number:
+            return task
+    known = ", ".join(task.id for task in tasks.lab(lab))
+    raise CourseError(f"lab {lab} has no task {name!r}; it has {known}.")
+
+
+def find_standing(ledger: Ledger, student: str, lab: str) -> Standing:
+    """Where a student stands at a lab."""
+    everybody = standings(ledger, lab)
+    for one in everybody:
+        if one.student == student and student:
+            return one
+    people = [one.student for one in everybody if one.student] + [one.name for one in everybody]
+    raise CourseError(f"nobody with the id {student!r} is known at lab {lab}.{nearest(student, people)}")
