@@ -92,13 +92,13 @@ class Prepared:
     rooms: tuple[tuple[tuple[tasks.Task, ...], Room], ...]
 
 
-_prepared: dict[tuple[str, str], tuple[Prepared, tempfile.TemporaryDirectory]] = {}
+_prepared: dict[tuple[str, str, str], tuple[Prepared, tempfile.TemporaryDirectory]] = {}
 
 
-def prepare(number: str, limits: Limits) -> Prepared:
+def prepare(number: str, limits: Limits, sandbox: str) -> Prepared:
     """The lab and the rooms of its tasks; made once a process, removed when it ends."""
     lab = released_lab(number)
-    key = (lab.version, repr(limits))
+    key = (lab.version, repr(limits), sandbox)
     if key not in _prepared:
         folder = tempfile.TemporaryDirectory(prefix="course-room-")
         rooms = []
@@ -127,7 +127,7 @@ def grade_one(job: Job) -> Record:
     try:
         held = held_by(job["sandbox"])
         record["isolation"] = held.words
-        prepared = prepare(job["lab"], limits)
+        prepared = prepare(job["lab"], limits, job["sandbox"])
         _grade(job, record, prepared, held, limits)
     except NoSandbox as error:
         _failed(record, "no sandbox", str(error))

@@ -10,8 +10,10 @@ from __future__ import annotations
 import json
 import os
 import select
+import shutil
 import signal
 import sys
+import tempfile
 import time
 from typing import Any
 
@@ -49,12 +51,14 @@ def grade_apart(job: dict[str, Any]) -> Record:
     """Grade one job in a child process; a child that dies or hangs is an infrastructure failure."""
     limits = Limits.from_dict(job.get("limits", {}))
     _warm(job, limits)
+    place = tempfile.mkdtemp(prefix="j")
     reader, writer = os.pipe()
     child = os.fork()
     if child == 0:
         os.close(reader)
         code = 1
         try:
+            tempfile.tempdir = place
             os.setsid()
             _die_with_parent()
             signal.signal(signal.SIGINT, signal.SIG_DFL)
@@ -69,6 +73,7 @@ def grade_apart(job: dict[str, Any]) -> Record:
     finally:
         os.close(reader)
         _end(child)
+        shutil.rmtree(place, ignore_errors=True)
     if not text:
         return failed_record(job, "grader", "the process that graded this submission ended without a word.")
     return json.loads(text)
@@ -77,7 +82,7 @@ def grade_apart(job: dict[str, Any]) -> Record:
 def _warm(job: dict[str, Any], limits: Limits) -> None:
     """Do once what every child would do again; what fails here fails in the child, too, and is told there."""
     try:
-        prepared = prepare(job["lab"], limits)
+        prepared = prepare(job["lab"], limits, job["sandbox"])
         for slot in prepared.lab.slots:
             tasks.fresh(slot.task, job["seed"], load_data() if slot.task.data else None)
     except Exception:

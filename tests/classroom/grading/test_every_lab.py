@@ -60,9 +60,7 @@ def _rounds() -> list[tuple[str, int]]:
 @pytest.mark.parametrize(("lab", "i"), _rounds())
 def test_misconceptions_are_named_in_the_record(lab, i, here):
     here(lab)
-    wrong = {
-        task.number: [(m, source) for m in task.misconceptions for source in m.sources] for task in tasks.lab(lab)
-    }
+    wrong = {task.number: [(m, source) for m in task.misconceptions for source in m.sources] for task in tasks.lab(lab)}
     chosen = {number: all_[i] for number, all_ in wrong.items() if i < len(all_)}
     record = graded(lab, submission(lab, {number: source for number, (_, source) in chosen.items()}))
     for one in record["tasks"]:
