@@ -127,9 +127,19 @@ def _imports(tree: ast.AST) -> Iterator[tuple[str, str]]:
                 yield (alias.asname or alias.name), f"{node.module or ''}.{alias.name}"
 
 
+def _hints(tree: ast.AST) -> set[int]:
+    """The nodes of type hints: naming a type is no call."""
+    found: set[int] = set()
+    for node in ast.walk(tree):
+        for hint in (getattr(node, "annotation", None), getattr(node, "returns", None)):
+            if isinstance(hint, ast.AST):
+                found |= {id(part) for part in ast.walk(hint)}
+    return found
+
+
 def _chains(tree: ast.AST) -> Iterator[tuple[str, list[str]]]:
-    """Each a.b.c of a tree as ("a", ["b", "c"]), the longest only."""
-    inner: set[int] = set()
+    """Each a.b.c of a tree as ("a", ["b", "c"]), the longest only; type hints are left out."""
+    inner = _hints(tree)
     for node in ast.walk(tree):
         if id(node) in inner or not isinstance(node, (ast.Name, ast.Attribute)):
             continue
