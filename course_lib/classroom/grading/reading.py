@@ -105,7 +105,7 @@ def _json(text: str, limits: IntakeLimits) -> Any:
         if not start.startswith("{"):
             sentence = "the file is no notebook: hand in the .ipynb file, not a script, a PDF or an export."
             raise Unreadable("not a notebook", sentence) from None
-        if getattr(error, "pos", 0) >= len(text.rstrip()) - 1:
+        if "Unterminated" in str(error) or getattr(error, "pos", 0) >= len(text.rstrip()) - 1:
             sentence = "the notebook ends in the middle: it was cut off when it was saved or uploaded."
             raise Unreadable("cut off", sentence) from None
         raise Unreadable("not JSON", f"the notebook is damaged: {str(error)[:120]}.") from None

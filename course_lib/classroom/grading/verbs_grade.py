@@ -27,6 +27,7 @@ from .records import Record
 from .released import released_lab
 from .roster import read_roster
 from .sandbox import NoSandbox, machine
+from .seeds import draw_seed
 
 __all__ = ["EXIT", "Settings", "grade", "grade_folder"]
 
@@ -60,7 +61,6 @@ class Settings:
 @click.option("--seed", type=click.IntRange(0, 2**62), help="Seed of the fresh inputs; else a random one.")
 @click.option("--seed-per-student", is_flag=True, help="Each student gets inputs of their own, derived from the seed.")
 @click.option("--workers", type=click.IntRange(1), help="Submissions at once; without it, as cores and memory allow.")
-@click.option("--dask", "dask", metavar="ADDRESS", help="Grade on an existing Dask cluster (tls://…).")
 @click.option("--sandbox", type=click.Choice(["bwrap", "none"]), default="bwrap", show_default=True)
 @click.option("--i-trust-these-submissions", "trust", is_flag=True, help="Needed with --sandbox none.")
 @click.option("--roster", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="CSV: id,name,group.")
@@ -70,7 +70,7 @@ class Settings:
 @click.option("--late-policy", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="TOML.")
 @click.option("--limits", "limits", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="TOML.")
 @click.option("--out", "out", required=True, type=click.Path(file_okay=False, path_type=Path), metavar="FOLDER")
-def grade(workers: int | None, dask: str | None, trust: bool, limits: Path | None, **told: Any) -> None:
+def grade(workers: int | None, trust: bool, limits: Path | None, **told: Any) -> None:
     """Grade a folder of submitted notebooks.
 
     FOLDER holds a folder a student, a Moodle or Canvas download, or loose files; it may be a zip. Run it again after an
@@ -90,19 +90,9 @@ def grade(workers: int | None, dask: str | None, trust: bool, limits: Path | Non
     except NoSandbox as error:
         click.echo(str(error), err=True)
         sys.exit(EXIT["no sandbox"])
-    if dask:
-        from .cluster import grade_on_cluster
-
-        def engine(jobs: Sequence[dict[str, Any]], on_record: Callable[[int, Record], None]) -> None:
-            grade_on_cluster(dask, jobs, on_record)
-    else:
-        count = workers or good_workers(settings.limits.memory_mb)
-
-        def engine(jobs: Sequence[dict[str, Any]], on_record: Callable[[int, Record], None]) -> None:
-            grade_jobs(jobs, count, on_record)
-
+    count = workers or good_workers(settings.limits.memory_mb)
     try:
-        code = grade_folder(settings, engine, Console())
+        code = grade_folder(settings, lambda jobs, on_record: grade_jobs(jobs, count, on_record), Console())
     except KeyboardInterrupt:
         click.echo("\nInterrupted. What was graded is kept; run the same command to go on.", err=True)
         code = EXIT["interrupted"]
@@ -170,6 +160,7 @@ def _grade_lab(
         environment=machine(),
         grader=grader_version(),
         isolation=held_by(settings.sandbox).words,
+        draw=draw_seed,
     )
     entries = ledger.take(run, found)
     pending = ledger.pending(run, entries)

@@ -1,0 +1,202 @@
+"""`course grade`: the same grades from one worker and two, and from a grader that was killed again and again."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import psutil
+import pytest
+from click.testing import CliRunner
+from grading_helpers import ROOT, need_sandbox, submission
+
+from course_lib.classroom.grading import pool, verbs_grade
+from course_lib.classroom.grading.ledger import Ledger
+from course_lib.classroom.grading.records import same_grades
+from course_lib.classroom.grading.sandbox import NoSandbox, probe_sandbox
+
+NAME = "00_start_here.ipynb"
+COUNT = 24
+KILLS = 20
+
+
+@pytest.fixture(autouse=True)
+def _sandbox() -> None:
+    need_sandbox()
+
+
+@pytest.fixture(scope="module")
+def submitted(tmp_path_factory) -> Path:
+    """24 submissions of lab 00: right, wrong in several ways, untouched, broken."""
+    folder = tmp_path_factory.mktemp("class") / "class"
+    answers = [
+        "return depth_mm / 1000",
+        "return depth_mm",
+        "return depth_mm // 1000",
+        "return depth_mm * 1000",
+        "raise ValueError('no')",
+        "return None",
+    ]
+    for i in range(COUNT):
+        data = submission("00", {1: f"def metres(depth_mm):\n    # number {i}\n    {answers[i % 6]}\n"})
+        data = submission("00") if i == 7 else data[:500] if i == 11 else data
+        (folder / f"s{i:02}").mkdir(parents=True)
+        (folder / f"s{i:02}" / NAME).write_bytes(data)
+    return folder
+
+
+def command(folder: Path, out: Path, *more: str) -> list[str]:
+    words = ["grade", str(folder), "--out", str(out), "--seed", "11", *more]
+    return [sys.executable, "-P", "-m", "course_lib.classroom.cli", *words]
+
+
+def grade(folder: Path, out: Path, *more: str) -> subprocess.CompletedProcess:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    return subprocess.run(
+        command(folder, out, *more), env=environment, capture_output=True, text=True, timeout=300, check=False
+    )
+
+
+def grades(out: Path) -> dict[str, dict]:
+    with Ledger(out / "ledger.sqlite", write=False) as ledger:
+        found = {}
+        for entry in ledger.entries():
+            records = ledger.records(entry)
+            assert len(records) == 1, f"{entry.path} has {len(records)} records"
+            found[entry.student] = records[0]
+        return found
+
+
+@pytest.fixture(scope="module")
+def expected(submitted, tmp_path_factory) -> dict[str, dict]:
+    out = tmp_path_factory.mktemp("one") / "grades"
+    done = grade(submitted, out, "--workers", "1")
+    assert done.returncode == 1, done.stdout + done.stderr  # one is broken: a person must look
+    return grades(out)
+
+
+@pytest.mark.slow
+def test_one_worker_grades_as_expected(expected):
+    points = [expected[f"s{i:02}"]["points"] for i in range(COUNT)]
+    wanted = [1.0 if i % 6 == 0 else 0.0 for i in range(COUNT)]
+    wanted[7] = wanted[11] = 0.0
+    assert points == wanted
+    assert expected["s11"]["status"] == "unreadable" and expected["s11"]["notices"][0]["code"] == "cut off"
+
+
+@pytest.mark.slow
+def test_two_workers_give_the_same(submitted, expected, tmp_path):
+    assert grade(submitted, tmp_path, "--workers", "2").returncode == 1
+    again = grades(tmp_path)
+    assert again.keys() == expected.keys()
+    assert all(same_grades(again[student], expected[student]) for student in expected)
+
+
+@pytest.mark.slow
+def test_killed_twenty_times_it_loses_and_doubles_nothing(submitted, expected, tmp_path):
+    """Killed at random moments (drawn from a fixed seed, from the start to some submissions later), then resumed."""
+    rng = random.Random(20)
+    killed = 0
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    for _ in range(KILLS):
+        process = subprocess.Popen(
+            command(submitted, tmp_path, "--workers", "2"),
+            env=environment,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        try:
+            process.wait(rng.uniform(0.3, 2.6))
+        except subprocess.TimeoutExpired:
+            family = psutil.Process(process.pid).children(recursive=True)
+            process.send_signal(signal.SIGKILL)
+            process.wait()
+            killed += 1
+            _, alive = psutil.wait_procs(family, timeout=10)
+            assert not alive, [one.cmdline() for one in alive]
+    assert killed >= KILLS // 2
+    assert grade(submitted, tmp_path, "--workers", "2").returncode == 1
+    again = grades(tmp_path)
+    assert again.keys() == expected.keys()
+    assert all(same_grades(again[student], expected[student]) for student in expected)
+
+
+@pytest.mark.slow
+def test_interrupted_it_says_so_and_ends_with_130(submitted, tmp_path):
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    process = subprocess.Popen(
+        command(submitted, tmp_path, "--workers", "1"),
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+    for line in process.stdout:
+        if line.startswith("  s"):
+            break
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 130 and "run the same command to go on" in said
+    assert 0 < len(_records(tmp_path)) < COUNT
+
+
+def _records(out: Path) -> list:
+    with Ledger(out / "ledger.sqlite", write=False) as ledger:
+        return [record for entry in ledger.entries() for record in ledger.records(entry)]
+
+
+def run(*words: str):
+    return CliRunner().invoke(verbs_grade.grade, list(words))
+
+
+def test_without_a_sandbox_nothing_is_graded(tmp_path, monkeypatch):
+    (tmp_path / "class" / "ann").mkdir(parents=True)
+    (tmp_path / "class" / "ann" / NAME).write_bytes(submission("00", solved=True))
+
+    def forbidden(kind):
+        raise NoSandbox("bubblewrap is not installed: sudo apt-get install bubblewrap.")
+
+    monkeypatch.setattr(verbs_grade, "held_by", forbidden)
+    done = run(str(tmp_path / "class"), "--out", str(tmp_path / "g"))
+    assert done.exit_code == 3 and "install bubblewrap" in done.output
+    assert not (tmp_path / "g").exists()
+
+
+def test_no_sandbox_must_be_said_twice(tmp_path):
+    done = run(str(tmp_path), "--out", str(tmp_path / "g"), "--sandbox", "none")
+    assert done.exit_code == 2 and "--i-trust-these-submissions" in done.output
+
+
+def test_what_holds_stands_in_the_record(tmp_path):
+    (tmp_path / "class" / "ann").mkdir(parents=True)
+    (tmp_path / "class" / "ann" / NAME).write_bytes(submission("00", solved=True))
+    words = [str(tmp_path / "class"), "--out", str(tmp_path / "g"), "--workers", "1"]
+    assert run(*words).exit_code == 0
+    trusting = [*words[:2], str(tmp_path / "h"), *words[3:], "--sandbox", "none", "--i-trust-these-submissions"]
+    assert run(*trusting).exit_code == 0
+    assert next(iter(grades(tmp_path / "g").values()))["isolation"] == probe_sandbox().words
+    assert next(iter(grades(tmp_path / "h").values()))["isolation"].startswith("none")
+
+
+def test_an_infrastructure_failure_is_never_scored_and_tried_again(tmp_path, monkeypatch):
+    (tmp_path / "class" / "ann").mkdir(parents=True)
+    (tmp_path / "class" / "ann" / NAME).write_bytes(submission("00", solved=True))
+    words = [str(tmp_path / "class"), "--out", str(tmp_path / "g"), "--workers", "1"]
+    real = pool.COMMAND
+    monkeypatch.setattr(pool, "COMMAND", ("-c", "raise SystemExit"))
+    done = run(*words)
+    assert done.exit_code == 4 and "0 graded" in done.output
+    monkeypatch.setattr(pool, "COMMAND", real)
+    assert run(*words).exit_code == 0
+    assert [record["status"] for record in _records(tmp_path / "g")] == ["infrastructure", "graded"]
+
+
+def test_an_empty_folder_says_so(tmp_path):
+    (tmp_path / "class").mkdir()
+    done = run(str(tmp_path / "class"), "--out", str(tmp_path / "g"))
+    assert "holds no submission" in str(done.exception)
