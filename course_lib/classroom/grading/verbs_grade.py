@@ -61,6 +61,7 @@ class Settings:
 @click.option("--seed", type=click.IntRange(0, 2**62), help="Seed of the fresh inputs; else a random one.")
 @click.option("--seed-per-student", is_flag=True, help="Each student gets inputs of their own, derived from the seed.")
 @click.option("--workers", type=click.IntRange(1), help="Submissions at once; without it, as cores and memory allow.")
+@click.option("--dask", "dask", metavar="ADDRESS", help="Grade on an existing Dask cluster (tls://…).")
 @click.option("--sandbox", type=click.Choice(["bwrap", "none"]), default="bwrap", show_default=True)
 @click.option("--i-trust-these-submissions", "trust", is_flag=True, help="Needed with --sandbox none.")
 @click.option("--roster", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="CSV: id,name,group.")
@@ -70,7 +71,7 @@ class Settings:
 @click.option("--late-policy", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="TOML.")
 @click.option("--limits", "limits", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="TOML.")
 @click.option("--out", "out", required=True, type=click.Path(file_okay=False, path_type=Path), metavar="FOLDER")
-def grade(workers: int | None, trust: bool, limits: Path | None, **told: Any) -> None:
+def grade(workers: int | None, dask: str | None, trust: bool, limits: Path | None, **told: Any) -> None:
     """Grade a folder of submitted notebooks.
 
     FOLDER holds a folder a student, a Moodle or Canvas download, or loose files; it may be a zip. Run it again after an
@@ -92,11 +93,20 @@ def grade(workers: int | None, trust: bool, limits: Path | None, **told: Any) ->
         sys.exit(EXIT["no sandbox"])
     count = workers or good_workers(settings.limits.memory_mb)
     try:
-        code = grade_folder(settings, lambda jobs, on_record: grade_jobs(jobs, count, on_record), Console())
+        code = grade_folder(settings, _engine(dask, count), Console())
     except KeyboardInterrupt:
         click.echo("\nInterrupted. What was graded is kept; run the same command to go on.", err=True)
         code = EXIT["interrupted"]
     sys.exit(code)
+
+
+def _engine(dask: str | None, workers: int) -> Engine:
+    """What grades the jobs: workers of this machine, or of a cluster."""
+    if dask is None:
+        return lambda jobs, on_record: grade_jobs(jobs, workers, on_record)
+    from .cluster import grade_on_cluster
+
+    return lambda jobs, on_record: grade_on_cluster(dask, jobs, on_record)
 
 
 def grade_folder(settings: Settings, engine: Engine, console: Console) -> int:

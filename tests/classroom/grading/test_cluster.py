@@ -1,0 +1,164 @@
+"""Grading on Dask: a real scheduler and two worker processes on loopback, with certificates made here."""
+
+from __future__ import annotations
+
+import datetime
+import ipaddress
+import os
+import signal
+import socket
+import subprocess
+import sys
+
+import psutil
+import pytest
+from cryptography import x509
+from cryptography.hazmat.primitives import hashes, serialization
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.x509.oid import NameOID
+from distributed import Client, Security
+from grading_helpers import ROOT, job, need_sandbox, submission
+
+from course_lib.classroom.grading import pool
+from course_lib.classroom.grading.cluster import grade_on_cluster
+from course_lib.classroom.grading.records import same_grades
+from course_lib.classroom.tree import CourseError
+
+ANSWERS = ["return depth_mm / 1000", "return depth_mm", "return depth_mm * 1000", "raise ValueError('no')"]
+
+
+def jobs() -> list[dict]:
+    return [
+        job("00", submission("00", {1: f"def metres(depth_mm):\n    # number {i}\n    {ANSWERS[i % 4]}\n"}))
+        for i in range(12)
+    ]
+
+
+@pytest.fixture(scope="module")
+def certificates(tmp_path_factory) -> dict[str, str]:
+    """A key and a certificate that signs itself, for 127.0.0.1, for one day."""
+    folder = tmp_path_factory.mktemp("tls")
+    key = ec.generate_private_key(ec.SECP256R1())
+    name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "127.0.0.1")])
+    now = datetime.datetime.now(datetime.UTC)
+    certificate = (
+        x509.CertificateBuilder()
+        .subject_name(name)
+        .issuer_name(name)
+        .public_key(key.public_key())
+        .serial_number(x509.random_serial_number())
+        .not_valid_before(now - datetime.timedelta(hours=1))
+        .not_valid_after(now + datetime.timedelta(days=1))
+        .add_extension(x509.BasicConstraints(ca=True, path_length=None), critical=True)
+        .add_extension(x509.SubjectAlternativeName([x509.IPAddress(ipaddress.ip_address("127.0.0.1"))]), critical=False)
+        .sign(key, hashes.SHA256())
+    )
+    (folder / "cert.pem").write_bytes(certificate.public_bytes(serialization.Encoding.PEM))
+    plain = serialization.NoEncryption()
+    (folder / "key.pem").write_bytes(
+        key.private_bytes(serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, plain)
+    )
+    return {"cert": str(folder / "cert.pem"), "key": str(folder / "key.pem")}
+
+
+@pytest.fixture
+def cluster(certificates, tmp_path):
+    """The address of a scheduler with two workers, its security, and the workers' processes."""
+    need_sandbox()
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+    address = f"tls://127.0.0.1:{port}"
+    tls = ["--tls-ca-file", certificates["cert"], "--tls-cert", certificates["cert"], "--tls-key", certificates["key"]]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    words = [sys.executable, "-P", "-m", "distributed.cli"]
+    scheduler = ["dask_scheduler", "--host", address, "--no-dashboard", "--no-show", *tls]
+    worker = ["dask_worker", address, "--nthreads", "1", "--no-dashboard", "--no-nanny", "--death-timeout", "60", *tls]
+    worker += ["--host", "127.0.0.1", "--local-directory", str(tmp_path)]
+    processes = []
+    try:
+        for one in (scheduler, worker, worker):
+            command = [*words[:-1], f"{words[-1]}.{one[0]}", *one[1:]]
+            log = open(tmp_path / f"{len(processes)}.log", "wb")
+            processes.append(subprocess.Popen(command, env=environment, stdout=log, stderr=log, cwd=tmp_path))
+            log.close()
+        security = Security(
+            tls_ca_file=certificates["cert"],
+            tls_client_cert=certificates["cert"],
+            tls_client_key=certificates["key"],
+            require_encryption=True,
+        )
+        with Client(address, security=security, timeout=60, set_as_default=False) as client:
+            client.wait_for_workers(2, timeout=60)
+        yield address, security, processes[1:]
+    finally:
+        family = [
+            child for p in processes if p.poll() is None for child in psutil.Process(p.pid).children(recursive=True)
+        ]
+        for process in processes:
+            process.kill()
+            process.wait(10)
+        _, alive = psutil.wait_procs(family, timeout=10)
+        for process in alive:
+            process.kill()
+        assert not alive, [process.cmdline() for process in alive]
+
+
+@pytest.fixture(scope="module")
+def expected() -> dict:
+    need_sandbox()
+    records: dict = {}
+    pool.grade_jobs(jobs(), 2, records.__setitem__)
+    return records
+
+
+def collected(address, security, after_each=lambda place: None) -> dict:
+    records: dict = {}
+
+    def keep(place, record):
+        assert place not in records, "a record came twice"
+        records[place] = record
+        after_each(place)
+
+    grade_on_cluster(address, jobs(), keep, security)
+    return records
+
+
+@pytest.mark.slow
+def test_the_cluster_gives_the_same_grades(cluster, expected):
+    address, security, _ = cluster
+    records = collected(address, security)
+    assert sorted(records) == sorted(expected) == list(range(12))
+    assert all(same_grades(records[place], expected[place]) for place in expected)
+
+
+@pytest.mark.slow
+def test_a_worker_killed_in_the_middle_loses_nothing(cluster, expected):
+    address, security, workers = cluster
+    seen = []
+
+    def kill(place):
+        seen.append(place)
+        if len(seen) == 3:
+            workers[0].send_signal(signal.SIGKILL)
+            workers[0].wait(10)
+
+    records = collected(address, security, kill)
+    assert workers[0].poll() is not None and sorted(records) == list(range(12))
+    assert all(same_grades(records[place], expected[place]) for place in expected)
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:8786", "127.0.0.1:8786", "ws://127.0.0.1"])
+def test_an_open_address_is_refused(address):
+    with pytest.raises(CourseError, match="open to everybody"):
+        grade_on_cluster(address, jobs(), print)
+
+
+def test_nobody_answers(certificates, monkeypatch):
+    monkeypatch.setattr("course_lib.classroom.grading.cluster.SECONDS_TO_CONNECT", 1)
+    security = Security(
+        tls_ca_file=certificates["cert"], tls_client_cert=certificates["cert"], tls_client_key=certificates["key"]
+    )
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+    with pytest.raises(CourseError, match="no Dask scheduler answers"):
+        grade_on_cluster(f"tls://127.0.0.1:{port}", jobs(), print, security)
