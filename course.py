@@ -82,7 +82,7 @@ VERBS = {
     "grade": ("FOLDER --out FOLDER [--lab NAME] [--roster FILE]", "Grade a folder of submitted notebooks."),
     "regrade": ("[LAB ...] [--dry-run] [--never-lower]", "After a judge was mended: whose grade changes, and why."),
     "adjust": ("STUDENT LAB TASK --points N --by WHO --reason WHY", "Change a task's points by hand, with a reason."),
-    "marks": ("out LAB --out FILE | in FILE --by WHO", "Hand-marked tasks: a rubric as CSV, out and in."),
+    "marks": ("out LAB | in FILE", "Hand-marked tasks: a rubric as CSV, out and in."),
     "feedback": ("[--lab LAB] [--student ID]", "Write an HTML page for each student."),
     "export": ("--format canvas|moodle|csv --out FILE", "Write grades for Canvas, Moodle or a spreadsheet."),
     "class-report": ("--out FILE [--lab LAB]", "Write a page that shows how the class did."),
@@ -1012,7 +1012,7 @@ def help_text(verb: str = "") -> str:
         return f"Usage: python3 course.py {verb} {VERBS[verb][0]}\n\n  {VERBS[verb][1]}\n"
     lines = "Usage: python3 course.py VERB [...]\n\nA course on 3D reconstruction. Two commands do all the set-up:\n\n"
     lines += "  python3 course.py start    open the course\n  python3 course.py test     prove it\n\nVerbs:\n"
-    lines += "".join(f"  {name:<8}{line}\n" for name, (_, line) in VERBS.items())
+    lines += "".join(f"  {name:<14}{line}\n" for name, (_, line) in VERBS.items())
     return lines + "\n`python3 course.py VERB --help` explains a verb.\n\n" + (__doc__ or "").split("\n\n", 2)[2]
 
 

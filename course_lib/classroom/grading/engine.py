@@ -265,6 +265,21 @@ class _Plugin:
         return file
 
 
+@contextlib.contextmanager
+def _no_other_plugins() -> Iterator[None]:
+    """Within this block pytest loads no plugin but those that are named: not what else is installed here."""
+    name = "PYTEST_DISABLE_PLUGIN_AUTOLOAD"
+    before = os.environ.get(name)
+    os.environ[name] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[name]
+        else:
+            os.environ[name] = before
+
+
 def run_notebook(run: Run, rebuilt: Rebuilt) -> None:
     """Run the rebuilt notebook of one room under pytest and nbval; what comes of it is in `run`.
 
@@ -296,9 +311,8 @@ def run_notebook(run: Run, rebuilt: Rebuilt) -> None:
     words = ["-c", str(place / "pytest.ini"), "--rootdir", str(place), "--noconftest", "-p", "no:cacheprovider"]
     words += ["-p", "no:faulthandler", "-p", "no:unraisableexception", "-p", "no:threadexception", "--capture=no"]
     words += ["-q", "--color=no", "--tb=no", "-p", "nbval.plugin", str(place / "lab.ipynb")]
-    os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
     said = io.StringIO()
-    with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+    with _no_other_plugins(), contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
         code = pytest.main(words, plugins=[_Plugin(run)])
     if code not in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED):
         raise RuntimeError(f"pytest ended with {code!r}: {said.getvalue()[-600:]}")
