@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import importlib.metadata
 import tomllib
 from collections.abc import Iterable, Mapping
@@ -62,10 +63,11 @@ def _fitting(packages: list[dict[str, Any]], wanted: dict[str, Any], values: Map
 def _missing_files(distribution: importlib.metadata.Distribution) -> list[str]:
     """Files that a wheel brought and that are gone, or have lost their content."""
     lost = []
-    for file in distribution.files or []:
-        path = Path(str(distribution.locate_file(file)))
-        if file.suffix != ".pyc" and (not path.is_file() or (file.size and path.stat().st_size == 0)):
-            lost.append(str(file))
+    # its list itself: `files` of newer Pythons leaves out what is gone
+    for name, _, size in csv.reader((distribution.read_text("RECORD") or "").splitlines()):
+        path = Path(str(distribution.locate_file(name)))
+        if not name.endswith(".pyc") and (not path.is_file() or (size not in ("", "0") and path.stat().st_size == 0)):
+            lost.append(name)
     return lost
 
 

@@ -22,8 +22,16 @@ def private_folder() -> Path:
     base = Path(tempfile.gettempdir())
     for old in base.glob(f"{PREFIX}-*-*"):
         number = old.name.split("-")[1]
-        if number.isdigit() and not psutil.pid_exists(int(number)) and old.stat().st_uid == os.getuid():
+        if number.isdigit() and not psutil.pid_exists(int(number)) and _is_mine(old):
             shutil.rmtree(old, ignore_errors=True)
     folder = Path(tempfile.mkdtemp(prefix=f"{PREFIX}-{os.getpid()}-", dir=base))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     return folder
+
+
+def _is_mine(folder: Path) -> bool:
+    """Whether a folder is this user's; False for one that another grader has just removed."""
+    try:
+        return folder.stat().st_uid == os.getuid()
+    except FileNotFoundError:
+        return False

@@ -94,6 +94,7 @@ def grade_jobs(jobs: Sequence[dict[str, Any]], workers: int, on_record: Callable
     ----------
     on_record : called in this thread with the place of a job and its record, as soon as it is done.
     """
+    private_folder()  # once, before there are threads
     waiting: queue.SimpleQueue[int] = queue.SimpleQueue()
     done: queue.SimpleQueue[tuple[int, Record | BaseException]] = queue.SimpleQueue()
     for place in range(len(jobs)):

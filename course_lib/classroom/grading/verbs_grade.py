@@ -94,6 +94,9 @@ def grade(workers: int | None, dask: str | None, trust: bool, limits: Path | Non
     count = workers or good_workers(settings.limits.memory_mb)
     try:
         code = grade_folder(settings, _engine(dask, count), Console())
+    except CourseError as error:
+        click.echo(str(error), err=True)
+        code = EXIT["usage"]
     except KeyboardInterrupt:
         click.echo("\nInterrupted. What was graded is kept; run the same command to go on.", err=True)
         code = EXIT["interrupted"]
