@@ -94,3 +94,8 @@ def standing(student: str = "ann", name: str = "Ann", tasks: list[TaskRecord] | 
         entry=entry,
     )
     return Standing(**values | changed)
+
+
+def standing_of(record: Record, student: str = "ann") -> Standing:
+    """Where a student stands who has this record and nothing else."""
+    return standing(student, "Ann", record["tasks"], record=record, lab=record["lab"], max=record["max"])

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import html
 from collections.abc import Callable
 
 import pytest
+from fakes import standing_of
 from grading_helpers import graded, need_sandbox, submission
 
 from course_lib import notebook, tasks
+from course_lib.classroom.grading.feedback import feedback_page
+from course_lib.classroom.grading.pages import clean
 
 
 @pytest.fixture(autouse=True)
@@ -45,6 +49,8 @@ def test_untouched_exercise_earns_nothing_and_is_told_kindly(lab, here):
     record = graded(lab, submission(lab))
     assert record["status"] == "graded" and record["points"] == 0 and record["notices"] == []
     assert {one["status"] for one in record["tasks"]} == {"not started"}
+    told = feedback_page(standing_of(record))
+    assert told.count("Not started") == len(record["tasks"]) and 'class="wrong"' not in told
     assert all(one["error"] == "" and one["where"].startswith("Where to look: lesson") for one in record["tasks"])
 
 
@@ -63,6 +69,7 @@ def test_misconceptions_are_named_in_the_record(lab, i, here):
     wrong = {task.number: [(m, source) for m in task.misconceptions for source in m.sources] for task in tasks.lab(lab)}
     chosen = {number: all_[i] for number, all_ in wrong.items() if i < len(all_)}
     record = graded(lab, submission(lab, {number: source for number, (_, source) in chosen.items()}))
+    told = feedback_page(standing_of(record))
     for one in record["tasks"]:
         if one["number"] not in chosen:
             assert one["status"] == "not started"
@@ -72,3 +79,4 @@ def test_misconceptions_are_named_in_the_record(lab, i, here):
         assert mistake.name in one["misconceptions"], f"{one['id']}: {mistake.name} is told as {one['misconceptions']}"
         assert set(one["misconceptions"]) <= {mistake.name, *mistake.alike}
         assert mistake.message.strip().rstrip(".") in one["looks_like"]
+        assert html.escape(clean(one["looks_like"]), quote=False) in told.replace("&#39;", "'").replace("&#34;", '"')
