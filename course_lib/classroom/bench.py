@@ -2,7 +2,8 @@
 
 A case comes from a module `course_lib/classroom/bench_*.py` with `cases() -> list[Case]`. Each runs in a process of its
 own, so that thread counts are set before anything is imported. What is quoted is the ratio of a pair of runs that
-follow each other, not seconds: ratios carry over to other machines.
+follow each other, not seconds: ratios carry over to other machines. Such a module may also have
+`scalings() -> list[Scaling]`: how time grows with the number of points (`scaling`).
 """
 
 from __future__ import annotations
@@ -17,14 +18,15 @@ import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import NamedTuple
 
+from .scaling import Growth, Scaling, grow
 from .tree import CourseError, Tree, nearest
 
-__all__ = ["Case", "Ratio", "bench_cases", "compare", "table"]
+__all__ = ["Case", "Growth", "Ratio", "Scaling", "bench_cases", "compare", "grow", "table"]
 
 ROUNDS = 25
 LONGEST_S = 20.0  # of one case; at least FEWEST rounds all the same
@@ -129,6 +131,12 @@ def case_modules() -> list[str]:
     )
 
 
+def scalings_of(module: str) -> list[Scaling]:
+    """The scalings of a module, none where it has none."""
+    imported = importlib.import_module(module)
+    return imported.scalings() if hasattr(imported, "scalings") else []
+
+
 def _pin(threads: int) -> None:
     """Hold this process to so many threads: by the processors it may use, and by each library's own setting."""
     if hasattr(os, "sched_setaffinity"):
@@ -162,12 +170,16 @@ def _in_own_process(*words: str, threads: int) -> object:
 
 
 def _child(module: str, name: str = "", threads: str = "1") -> object:
-    """What runs in a process of its own: the names of a module's cases, or one case."""
+    """What runs in a process of its own: the names of what a module measures, or one measurement."""
     _pin(int(threads))
-    cases: list[Case] = importlib.import_module(module).cases()
+    scalings = scalings_of(module)
     if not name:
-        return [case.name for case in cases]
-    return asdict(compare(next(case for case in cases if case.name == name), int(threads)))
+        cases: list[Case] = importlib.import_module(module).cases()
+        return {"cases": [case.name for case in cases], "scalings": [one.name for one in scalings]}
+    for one in scalings:
+        if one.name == name:
+            return asdict(grow(one, int(threads)))
+    return asdict(compare(next(c for c in importlib.import_module(module).cases() if c.name == name), int(threads)))
 
 
 def bench_cases(tree: Tree, only: str, write: bool, say: Callable[[str], None]) -> int:
@@ -177,17 +189,23 @@ def bench_cases(tree: Tree, only: str, write: bool, say: Callable[[str], None]) 
     -------
     The exit code: 1 if a case is over its bound.
     """
-    known = [(module, name) for module in case_modules() for name in _in_own_process(module, threads=1)]
-    chosen = [(module, name) for module, name in known if only in name or only in module]
+    known = [
+        (module, kind, name)
+        for module in case_modules()
+        for kind, names in _in_own_process(module, threads=1).items()
+        for name in names
+    ]
+    chosen = [(module, kind, name) for module, kind, name in known if only in name or only in module]
     if not chosen:
-        words = sorted({module.rsplit("bench_", 1)[1] for module, _ in known})
+        words = sorted({module.rsplit("bench_", 1)[1] for module, _, _ in known})
         raise CourseError(f"no benchmark has {only!r} in its name.{nearest(only, words)} Known: {', '.join(words)}.")
     if write and only:
         raise CourseError("--write writes the whole table: leave --only out.")
-    results = []
-    for module, name in chosen:
-        for count in thread_counts():
-            results.append(Ratio(**_in_own_process(module, name, str(count), threads=count)))
+    results: list[Ratio | Growth] = []
+    for module, kind, name in chosen:
+        for count in thread_counts() if kind == "cases" else thread_counts()[:1]:
+            form = Ratio if kind == "cases" else Growth
+            results.append(form(**_in_own_process(module, name, str(count), threads=count)))
             say(results[-1].line)
     if write:
         path = tree.docs_folder / "benchmarks.md"
@@ -215,13 +233,31 @@ def machine() -> str:
     return f"{cores}, Python {python}, {', '.join(versions)}"
 
 
-def table(results: Iterable[Ratio], on: str) -> str:
-    """docs/benchmarks.md: ratios only, because seconds belong to one machine."""
+def table(results: Sequence[Ratio | Growth], on: str) -> str:
+    """docs/benchmarks.md: ratios and exponents only, because seconds belong to one machine."""
+    ratios = [result for result in results if isinstance(result, Ratio)]
     rows = [
         f"| {r.name} | {r.note} | {r.threads} | {r.median:.2f} | {r.low:.2f}–{r.high:.2f} | {r.bound:g} | "
         f"{'yes' if r.passed else '**no**'} |"
-        for r in results
+        for r in ratios
     ]
+    growths = [
+        f"| {g.name} | {g.exponent:.2f} | {g.bound:g} | {'yes' if g.passed else '**no**'} |"
+        for g in results
+        if isinstance(g, Growth)
+    ]
+    if growths:
+        rows += [
+            "",
+            "## How time grows",
+            "",
+            "Time is fitted by a power of the number of points, at constant density, on one thread: 1 means that twice the",
+            "points take twice the time, 2 that they take four times. Sorting and building of trees are part of it.",
+            "",
+            "| task | exponent | bound | within |",
+            "|---|---|---|---|",
+            *growths,
+        ]
     return "\n".join(
         [
             "# Benchmarks",

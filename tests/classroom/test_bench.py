@@ -78,7 +78,9 @@ def test_every_module_of_cases_is_found() -> None:
 
 
 def test_words_that_fit_no_case_suggest_the_nearest(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(bench, "_in_own_process", lambda *words, threads: ["deproject 1280x720"])
+    monkeypatch.setattr(
+        bench, "_in_own_process", lambda *words, threads: {"cases": ["deproject 1280x720"], "scalings": []}
+    )
     with pytest.raises(CourseError, match="no benchmark has 'deprojct' in its name. Did you mean deproject"):
         bench.bench_cases(Tree(tmp_path), "deprojct", False, lambda line: None)
     with pytest.raises(CourseError, match="leave --only out"):
@@ -94,3 +96,34 @@ def test_a_notebook_is_weighed_with_its_children() -> None:
     seconds, peak = weigh(nb, tree)
     assert seconds > 1
     assert 300_000_000 < peak < 2_000_000_000
+
+
+def growing(power: float, clock: _Clock, start: float = 0.0) -> bench.Scaling:
+    return bench.Scaling("grid", 1.25, lambda n: lambda: clock.job("ours", start + (n / 10_000) ** power))
+
+
+@pytest.mark.parametrize(("power", "passed"), [(1.0, True), (1.2, True), (1.3, False), (2.0, False)])
+def test_the_exponent_is_that_of_the_time(power: float, passed: bool) -> None:
+    clock = _Clock()
+    growth = bench.grow(growing(power, clock), threads=1, clock=lambda: clock.now)
+    assert growth.exponent == pytest.approx(power) and growth.passed is passed
+    assert growth.line.startswith("PASS" if passed else "FAIL")
+
+
+def test_the_fastest_run_of_a_size_counts() -> None:
+    clock = _Clock()
+    slow = iter([9.0] * 5 + [0.0] * 10)  # the first round is disturbed
+    scaling = bench.Scaling("grid", 1.25, lambda n: lambda: clock.job("ours", n / 10_000 + next(slow)))
+    assert bench.grow(scaling, threads=1, clock=lambda: clock.now).exponent == pytest.approx(1.0)
+
+
+def test_five_sizes_are_needed() -> None:
+    with pytest.raises(ValueError, match="at least 5 sizes, got 2"):
+        bench.grow(growing(1.0, _Clock())._replace(sizes=(10, 100)), threads=1)
+
+
+def test_table_tells_how_time_grows() -> None:
+    growth = bench.Growth("grid", 1, (1, 2, 3, 4, 5), 1.3, 1.25)
+    text = bench.table([growth], "a machine")
+    assert "## How time grows" in text and "| grid | 1.30 | 1.25 | **no** |" in text
+    assert "How time grows" not in bench.table([], "a machine")
