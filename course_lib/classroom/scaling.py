@@ -51,8 +51,8 @@ class Growth:
     def line(self) -> str:
         verdict = "PASS" if self.passed else "FAIL"
         return (
-            f"{verdict}  time grows with the power {self.exponent:.2f} of the points, bound {self.bound:g}: {self.name}; "
-            f"{len(self.sizes)} sizes from {min(self.sizes):,} to {max(self.sizes):,}"
+            f"{verdict}  time grows with the power {self.exponent:.2f} of the points, bound {self.bound:g}: "
+            f"{self.name}; {len(self.sizes)} sizes from {min(self.sizes):,} to {max(self.sizes):,}"
         )
 
 
