@@ -114,9 +114,19 @@ def _by_magnitude(values: np.ndarray, name: str, colouring: Colouring, limits: t
     unit = "m" if name in ("height", "depth") else colouring.unit
     map_name = colours.SIGNED if colouring.signed else colours.MAGNITUDES
     ends = "blue below, red above zero" if colouring.signed else "dark blue to yellow"
-    words = f"coloured by {name}, {number(limits[0], 2)} to {amount(limits[1], unit, 2)} ({ends})"
+    low, high = _seen(limits)
+    words = f"coloured by {name}, {number(low, 2)} to {amount(high, unit, 2)} ({ends})"
     bar = ColourBar(f"{name} ({unit})" if unit else name, map_name, limits)
     return colours.colour_map(map_name, values, limits), words, [], bar
+
+
+def _seen(limits: tuple[float, float]) -> tuple[float, float]:
+    """The ends of a colour bar as one can read them: what is less than 1 % of its length from zero is zero.
+
+    The smallest of many errors is often such a number, and it is another one on another machine.
+    """
+    least = 0.01 * abs(limits[1] - limits[0])
+    return tuple(0.0 if abs(end) < least else end for end in limits)
 
 
 def _own(thing: Thing) -> Painted:

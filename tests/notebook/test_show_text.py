@@ -72,6 +72,9 @@ def test_colours_are_explained():
     assert "coloured by error, 0 to 10 mm" in text_of(
         cloud, color=np.linspace(0, 10, 1331), label="error", unit="mm", limits=(0, 10)
     )
+    errors = np.linspace(0.043, 10, 1331)  # the smallest error of a cloud differs between machines
+    assert "coloured by error, 0 to 10 mm" in text_of(cloud, color=errors, label="error", unit="mm")
+    assert "coloured by error, 1.0 to 11 mm" in text_of(cloud, color=errors + 0.957, label="error", unit="mm")
     assert "331 inliers blue, 1,000 outliers vermilion" in text_of(cloud, color=np.arange(1331) < 331)
     assert "coloured by label, 2 labels" in text_of(
         PointCloud(cloud.points, labels=np.arange(1331) % 3 - 1), color="label"

