@@ -126,13 +126,21 @@ class Neighbours:
         self.order = _morton_order(array)
         self.sorted = array[self.order]
         self._tree = cKDTree(self.sorted, balanced_tree=False, compact_nodes=False)
+        self._given: NDArray[np.float64] | None = None
         self._names = np.append(self.order, len(array))  # the tree says len(points) for "none"; so do we
 
     def __len__(self) -> int:
         return len(self.sorted)
 
+    def points_at(self, index: NDArray[np.intp]) -> NDArray[np.float64]:
+        """Return the points of some indices, as given when this was made."""
+        if self._given is None:
+            self._given = np.empty_like(self.sorted)
+            self._given[self.order] = self.sorted
+        return self._given[index]
+
     def nearest(
-        self, queries: ArrayLike, k: int = 1, radius: float = np.inf, workers: int = -1
+        self, queries: ArrayLike, k: int = 1, radius: float = np.inf, workers: int = -1, sort: bool = True
     ) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
         """Return the k nearest points of each query, the nearest first.
 
@@ -142,6 +150,7 @@ class Neighbours:
         k : how many; a point of the cloud that is its own query counts among them.
         radius : farther points do not count.
         workers : threads; -1 for all processors.
+        sort : False where the queries follow a curve already, as they do in each step of an iteration.
 
         Returns
         -------
@@ -155,7 +164,7 @@ class Neighbours:
         """
         asked = finite_points(queries, "queries")
         k, radius = _whole(k, "k"), _positive(radius, "radius")
-        if len(asked) < SORT_FROM:
+        if len(asked) < SORT_FROM or not sort:
             distance, index = self._query(asked, k, radius, workers)
             return distance, self._names[index]
         order = _morton_order(asked)

@@ -1,0 +1,236 @@
+"""Fewer points: a voxel grid with a stated origin and a stated representative, and three ways to sample.
+
+A voxel grid cuts space into cubes and keeps one point a cube. Which cubes there are depends on where the grid begins,
+so the origin is an argument. All functions take and return metres (or any one unit) and float64.
+
+References
+----------
+Rusu and Cousins, 3D is here: Point Cloud Library, ICRA 2011 (the voxel grid filter); Eldar, Lindenbaum, Porat and
+Zeevi, The farthest point strategy for progressive image sampling, IEEE Trans. Image Processing 6(9), 1997.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from course_lib import checks
+from course_lib.neighbours import finite_points
+
+__all__ = ["VoxelGrid", "sample_farthest", "sample_random", "sample_uniform", "voxel_downsample", "voxel_grid"]
+
+DENSE = 8  # a grid of at most so many cells a point is counted in place, without sorting
+LARGEST = 2**62  # cells that an index can count
+
+
+class VoxelGrid(NamedTuple):
+    """Which voxel each point lies in.
+
+    Attributes
+    ----------
+    voxel : (N,) number of the voxel of each point, from 0; voxels are numbered along x, then y, then z.
+    index : (V, 3) int64, the cube of each voxel: it spans origin + index * size to origin + (index + 1) * size.
+    count : (V,) points in each voxel, at least 1.
+    origin : (3,) where the grid begins.
+    size : the edge of a cube.
+    """
+
+    voxel: NDArray[np.intp]
+    index: NDArray[np.int64]
+    count: NDArray[np.intp]
+    origin: NDArray[np.float64]
+    size: float
+
+    @property
+    def centres(self) -> NDArray[np.float64]:
+        """(V, 3) the middle of each cube."""
+        return self.origin + (self.index + 0.5) * self.size
+
+
+def voxel_grid(points: ArrayLike, size: float, origin: ArrayLike = (0.0, 0.0, 0.0)) -> VoxelGrid:
+    """Sort points into cubes.
+
+    Parameters
+    ----------
+    points : (N, 3) float, finite, N ≥ 1.
+    size : edge of a cube, in the unit of the points.
+    origin : (3,) a corner of the grid. Another origin gives another number of voxels.
+
+    Raises
+    ------
+    ValueError
+        If the points are not a finite (N, 3) array, the size is not positive, or so small that cubes cannot be counted.
+
+    Examples
+    --------
+    >>> grid = voxel_grid([[0.1, 0, 0], [0.9, 0, 0], [-0.1, 0, 0]], 1.0)
+    >>> grid.voxel.tolist(), grid.index[:, 0].tolist()  # -0.1 lies in cube -1: floor, not int
+    ([1, 1, 0], [-1, 0])
+    """
+    array = finite_points(points)
+    start = checks.vector(origin, 3, "origin")
+    _, _, voxel, index, count, edge = _sorted_into(array, size, start)
+    return VoxelGrid(voxel, index, count, start, edge)
+
+
+def voxel_downsample(
+    points: ArrayLike, size: float, origin: ArrayLike = (0.0, 0.0, 0.0), representative: str = "centroid"
+) -> NDArray[np.float64]:
+    """Keep one point a cube.
+
+    Parameters
+    ----------
+    points, size, origin : as in `voxel_grid`.
+    representative : "centroid", the mean of a cube's points, which averages noise and rounds edges off; or "nearest",
+        that one of its points which lies nearest to the cube's centre, which changes no point.
+
+    Returns
+    -------
+    (V, 3) float64, ordered along x, then y, then z of their cubes.
+
+    Raises
+    ------
+    ValueError
+        As `voxel_grid`; or if the representative is another word.
+
+    Examples
+    --------
+    >>> voxel_downsample([[0.25, 0, 0], [0.75, 0, 0], [1.5, 0, 0]], 1.0).tolist()
+    [[0.5, 0.0, 0.0], [1.5, 0.0, 0.0]]
+    """
+    if representative not in ("centroid", "nearest"):
+        raise ValueError(f"representative: {representative!r} is unknown; say 'centroid' or 'nearest'.")
+    array = finite_points(points)
+    start = checks.vector(origin, 3, "origin")
+    if representative == "nearest":
+        grid = voxel_grid(array, size, start)
+        off = np.linalg.norm(array - grid.centres[grid.voxel], axis=1)
+        order = np.lexsort((off, grid.voxel))
+        return array[order[np.concatenate([[0], np.cumsum(grid.count)[:-1]])]]
+    return _centroids(array, size, start)
+
+
+def _cells(points: NDArray[np.float64], size: float, origin: NDArray[np.float64]) -> tuple:
+    """The cube of each point, counted from the lowest one, and how many cubes there are along each axis."""
+    edge = checks.number(size, "size")
+    if edge <= 0:
+        raise ValueError(f"size: a voxel has a positive edge, got {edge:g}; it is a length in the unit of the points.")
+    cells = [np.floor((points[:, axis] - origin[axis]) / edge) for axis in range(3)]
+    low = np.array([cell.min() for cell in cells])
+    extent = [float(cell.max() - first) + 1 for cell, first in zip(cells, low, strict=True)]
+    if extent[0] * extent[1] * extent[2] > LARGEST or np.abs(low).max() > LARGEST:
+        raise ValueError(f"size: {edge:g} makes more cubes than can be counted; is it in the unit of the points?")
+    key = (cells[0] - low[0]).astype(np.int64)
+    for axis in (1, 2):
+        key *= int(extent[axis])
+        key += (cells[axis] - low[axis]).astype(np.int64)
+    return key, low.astype(np.int64), [int(length) for length in extent], edge
+
+
+def _sorted_into(points: NDArray[np.float64], size: float, origin: NDArray[np.float64]) -> tuple:
+    key, low, extent, edge = _cells(points, size, origin)
+    total = extent[0] * extent[1] * extent[2]
+    if total <= DENSE * len(points):
+        counts = np.bincount(key, minlength=total)
+        used = np.flatnonzero(counts)
+        number = np.empty(total, dtype=np.intp)
+        number[used] = np.arange(len(used))
+        voxel, count = number[key], counts[used]
+    else:
+        used, voxel, count = np.unique(key, return_inverse=True, return_counts=True)
+    index = np.stack(np.unravel_index(used, extent), axis=1).astype(np.int64) + low
+    return key, total, voxel, index, count, edge
+
+
+def _centroids(points: NDArray[np.float64], size: float, origin: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The mean of the points of each cube: counted on a dense grid if that is small, else sorted and summed in runs."""
+    key, _, extent, _ = _cells(points, size, origin)
+    total = extent[0] * extent[1] * extent[2]
+    middle = points.mean(axis=0)  # sums of small numbers keep their digits, however far away the cloud lies
+    if total <= DENSE * len(points):
+        counts = np.bincount(key, minlength=total)
+        used = np.flatnonzero(counts)
+        count = counts[used]
+        sums = [np.bincount(key, points[:, axis] - middle[axis], total)[used] for axis in range(3)]
+    else:
+        order = np.argsort(key, kind="stable")
+        ordered = key[order]
+        first = np.concatenate([[0], np.flatnonzero(ordered[1:] != ordered[:-1]) + 1])
+        count = np.diff(np.append(first, len(points)))
+        sums = [np.add.reduceat(points[order, axis] - middle[axis], first) for axis in range(3)]
+    return np.stack([total_ / count for total_ in sums], axis=1) + middle
+
+
+def sample_random(points: ArrayLike, count: int, seed: int) -> NDArray[np.intp]:
+    """Return the indices of `count` points drawn without replacement, in ascending order.
+
+    Raises
+    ------
+    ValueError
+        If there are not so many points.
+
+    Examples
+    --------
+    >>> len(set(sample_random([[0, 0, 0], [1, 0, 0], [2, 0, 0]], 2, seed=3).tolist()))
+    2
+    """
+    array = finite_points(points)
+    return np.sort(np.random.default_rng(seed).choice(len(array), _count(count, len(array)), replace=False))
+
+
+def sample_uniform(points: ArrayLike, step: int) -> NDArray[np.intp]:
+    """Return the indices of every `step`-th point: even along the list, which need not be even in space.
+
+    Raises
+    ------
+    ValueError
+        If the step is not a whole number of at least 1.
+
+    Examples
+    --------
+    >>> sample_uniform([[0, 0, 0], [1, 0, 0], [2, 0, 0]], 2).tolist()
+    [0, 2]
+    """
+    array = finite_points(points)
+    if isinstance(step, bool) or not isinstance(step, (int, np.integer)) or step < 1:
+        raise ValueError(f"step: expected a whole number of at least 1, got {step!r}.")
+    return np.arange(0, len(array), int(step))
+
+
+def sample_farthest(points: ArrayLike, count: int, start: int = 0) -> NDArray[np.intp]:
+    """Return the indices of `count` points, each the farthest from all before it; O(N · count).
+
+    Parameters
+    ----------
+    points : (N, 3) float, finite.
+    count : how many.
+    start : index of the first.
+
+    Raises
+    ------
+    ValueError
+        If there are not so many points, or no point `start`.
+
+    Examples
+    --------
+    >>> sample_farthest([[0, 0, 0], [1, 0, 0], [2, 0, 0], [5, 0, 0]], 3).tolist()
+    [0, 3, 2]
+    """
+    array = finite_points(points)
+    chosen = np.empty(_count(count, len(array)), dtype=np.intp)
+    if not 0 <= start < len(array):
+        raise ValueError(f"start: there is no point {start}; there are {len(array)}.")
+    nearest = np.full(len(array), np.inf)
+    chosen[0] = start
+    for i in range(1, len(chosen)):
+        np.minimum(nearest, ((array - array[chosen[i - 1]]) ** 2).sum(axis=1), out=nearest)
+        chosen[i] = int(nearest.argmax())
+    return chosen
+
+
+def _count(count: int, most: int) -> int:
+    if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or not 1 <= count <= most:
+        raise ValueError(f"count: expected a whole number from 1 to {most}, got {count!r}.")
+    return int(count)

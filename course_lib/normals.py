@@ -1,0 +1,152 @@
+"""Surface normals from the covariance of neighbours, and how they are turned to one side.
+
+The points around a point spread out along the surface and hardly across it. So the direction in which they spread
+least is the normal: the eigenvector of the smallest eigenvalue of their covariance. A viewpoint decides its sign.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from course_lib import checks
+from course_lib.neighbours import Neighbours, finite_points
+
+__all__ = ["Surfels", "estimate_normals", "fit_surfels", "orient_normals"]
+
+FLAT = 1e-12  # a second eigenvalue below this share of the largest: the neighbours lie on a line, which has no normal
+
+
+class Surfels(NamedTuple):
+    """What the neighbours of each point say of the surface there.
+
+    Attributes
+    ----------
+    normals : (N, 3) float64, unit length, sign arbitrary; NaN where fewer than 3 neighbours, or neighbours on a line.
+    variation : (N,) λ0 / (λ0 + λ1 + λ2) of the eigenvalues, smallest first: 0 on a plane, at most 1/3. NaN as above.
+    """
+
+    normals: NDArray[np.float64]
+    variation: NDArray[np.float64]
+
+
+def estimate_normals(
+    points: ArrayLike, k: int = 30, radius: float = np.inf, viewpoint: ArrayLike | None = None
+) -> NDArray[np.float64]:
+    """Estimate the normal of the surface at each point.
+
+    Parameters
+    ----------
+    points : (N, 3) float, finite, N ≥ 3.
+    k : neighbours to look at, the point itself among them.
+    radius : farther neighbours do not count.
+    viewpoint : (3,) from where the points were seen: normals point to its side. None leaves the sign arbitrary.
+
+    Returns
+    -------
+    (N, 3) float64 of unit length; NaN where the neighbours are fewer than 3 or lie on a line.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than 3 points, or no point has a normal.
+
+    References
+    ----------
+    Hoppe, DeRose, Duchamp, McDonald and Stuetzle, Surface reconstruction from unorganized points, SIGGRAPH 1992.
+
+    Examples
+    --------
+    >>> square = [[0, 0, 1], [1, 0, 1], [0, 1, 1], [1, 1, 1.0]]
+    >>> estimate_normals(square, k=4, viewpoint=(0, 0, 0))[0].tolist()
+    [0.0, 0.0, -1.0]
+    """
+    array = finite_points(points)
+    normals = fit_surfels(array, k, radius).normals
+    if np.isnan(normals[:, 0]).all():
+        raise ValueError(
+            "points: nowhere do neighbours span a plane (fewer than 3, or on one line); there are no normals."
+        )
+    return normals if viewpoint is None else orient_normals(array, normals, viewpoint)
+
+
+def orient_normals(points: ArrayLike, normals: ArrayLike, viewpoint: ArrayLike) -> NDArray[np.float64]:
+    """Turn each normal to the side from which its point was seen.
+
+    Parameters
+    ----------
+    points : (N, 3) float.
+    normals : (N, 3) float.
+    viewpoint : (3,), in the frame of the points; (0, 0, 0) for a camera's own cloud.
+
+    Returns
+    -------
+    (N, 3) float64.
+
+    Raises
+    ------
+    ValueError
+        If the shapes differ.
+
+    Examples
+    --------
+    >>> orient_normals([[0, 0, 2.0]], [[0, 0, 1.0]], (0, 0, 0)).tolist()
+    [[0.0, 0.0, -1.0]]
+    """
+    array = finite_points(points)
+    turned = checks.last_axis(normals, 3, "normals").astype(np.float64)
+    if turned.shape != array.shape:
+        raise ValueError(f"normals: expected one a point, shape {array.shape}, got {turned.shape}.")
+    away = np.einsum("ij,ij->i", turned, array - checks.vector(viewpoint, 3, "viewpoint")) > 0
+    turned[away] *= -1
+    return turned + 0.0  # no minus zero
+
+
+def fit_surfels(points: ArrayLike, k: int = 30, radius: float = np.inf) -> Surfels:
+    """Fit a small plane to the neighbours of each point.
+
+    Parameters
+    ----------
+    points, k, radius : as in `estimate_normals`.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than 3 points, or k < 3.
+    """
+    near = Neighbours(points)
+    if len(near) < 3:
+        raise ValueError(f"points: a plane needs 3 of them, there are {len(near)}.")
+    if isinstance(k, bool) or not isinstance(k, (int, np.integer)) or k < 3:
+        raise ValueError(f"k: a plane needs at least 3 neighbours, got {k!r}.")
+    normals, variation = np.empty((len(near), 3)), np.empty(len(near))
+    for index, distance, place in near.self_nearest(min(int(k), len(near)), radius):
+        normals[index], variation[index] = _planes(near.sorted, distance, place)
+    return Surfels(normals, variation)
+
+
+def _planes(
+    points: NDArray[np.float64], distance: NDArray[np.float64], place: NDArray[np.intp]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Normals and variations of a block: the eigenvectors of its covariances."""
+    there = np.isfinite(distance)
+    complete = bool(there.all())
+    found = place if complete else np.where(there, place, place[:, :1])
+    count = np.full(len(place), place.shape[1]) if complete else there.sum(axis=1)
+    own = points[place[:, 0]]
+    # coordinates about each point itself, so that the digits of far-away clouds are not lost; missing ones are zero
+    x, y, z = ((points[:, axis].take(found) - own[:, axis, None]) for axis in range(3))
+    share = 1.0 / count
+    mean = [each.sum(axis=1) * share for each in (x, y, z)]
+    matrices = np.empty((len(place), 3, 3))
+    for i, j, a, b in ((0, 0, x, x), (0, 1, x, y), (0, 2, x, z), (1, 1, y, y), (1, 2, y, z), (2, 2, z, z)):
+        matrices[:, i, j] = matrices[:, j, i] = np.einsum("nk,nk->n", a, b) * share - mean[i] * mean[j]
+    values, vectors = np.linalg.eigh(matrices)
+    normals = np.ascontiguousarray(vectors[:, :, 0])
+    total = values.sum(axis=1)
+    line = (count < 3) | (values[:, 1] <= FLAT * values[:, 2]) | (total <= 0)
+    variation = np.maximum(values[:, 0], 0) / np.where(line, 1, total)
+    normals[line], variation[line] = np.nan, np.nan
+    return normals, variation

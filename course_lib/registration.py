@@ -1,0 +1,326 @@
+"""Registration: the rigid motion that brings one cloud onto another, by iterated closest points.
+
+`T_target_source` maps source coordinates to target coordinates. One step pairs each source point with its nearest target
+point and moves the source so that the pairs come together: exactly, for the distance from point to point; linearised,
+for the distance from a point to the plane through its partner. Steps are repeated until nothing moves.
+
+References
+----------
+Besl and McKay, A method for registration of 3-D shapes, PAMI 14(2), 1992; Chen and Medioni, Object modelling by
+registration of multiple range images, Image and Vision Computing 10(3), 1992; Rusinkiewicz and Levoy, Efficient
+variants of the ICP algorithm, 3DIM 2001.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from course_lib import checks, transforms
+from course_lib.neighbours import Neighbours, finite_points, morton_order
+
+__all__ = ["IcpResult", "IcpStep", "fit_rigid", "fit_rigid_to_planes", "icp"]
+
+KERNELS = ("none", "huber", "tukey")
+TUKEY, HUBER = 4.685, 1.345  # in standard deviations: 95 % of the efficiency of least squares on Gaussian noise
+RANK = 1e-9  # directions whose squared singular value is this share of the largest are not decided by the pairs
+
+
+@dataclass(frozen=True)
+class IcpStep:
+    """One step: what was paired before it, and how far it moved."""
+
+    radius: float  # pairs farther apart did not count, metres
+    pairs: int
+    rmse: float  # of the distances of the pairs, metres
+    rotation: float  # of the step, radians
+    translation: float  # of the step, metres
+
+
+@dataclass(frozen=True, eq=False)
+class IcpResult:
+    """What came of a registration.
+
+    Attributes
+    ----------
+    T_target_source : (4, 4) float64.
+    fitness : share of *source* points that have a target point within the last radius. It says nothing of correctness.
+    rmse : root mean square distance of these pairs, metres, point to point whatever was minimised.
+    steps : one entry a step.
+    converged : whether the last step moved less than asked; False if the steps ran out.
+    """
+
+    T_target_source: NDArray[np.float64]
+    fitness: float
+    rmse: float
+    steps: tuple[IcpStep, ...]
+    converged: bool
+
+
+def fit_rigid(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None) -> NDArray[np.float64]:
+    """Return the rigid motion of least squared distances between pairs of points.
+
+    Parameters
+    ----------
+    source, target : (N, 3) float, finite; row i of one belongs to row i of the other.
+    weights : (N,) non-negative, or None for all alike.
+
+    Returns
+    -------
+    (4, 4) T_target_source, a rotation and a translation; never a reflection.
+
+    Raises
+    ------
+    ValueError
+        If the shapes differ, or there are fewer than 3 pairs, or they lie on a line, about which the turn is not known.
+
+    References
+    ----------
+    Arun, Huang and Blostein, Least-squares fitting of two 3-D point sets, PAMI 9(5), 1987; the guard against
+    reflections: Umeyama, PAMI 13(4), 1991.
+
+    Examples
+    --------
+    >>> T = fit_rigid([[1, 0, 0], [0, 1, 0], [0, 0, 0]], [[0, 1, 5], [-1, 0, 5], [0, 0, 5]])
+    >>> (np.round(T, 9)[:3] + 0).tolist()
+    [[0.0, -1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 5.0]]
+    """
+    p, q, w = _pairs(source, target, weights)
+    if len(p) < 3:
+        raise ValueError(f"source: a rigid motion needs 3 pairs of points, there are {len(p)}.")
+    T = _fit_rigid(p, q, w)
+    if T is None:
+        raise ValueError("source: the points lie on a line (or are all equal), and any turn about it fits as well.")
+    return T
+
+
+def _fit_rigid(
+    p: NDArray[np.float64], q: NDArray[np.float64], w: NDArray[np.float64] | None
+) -> NDArray[np.float64] | None:
+    """The motion from p to q; None where the pairs leave a turn open."""
+    if w is None:
+        mean_p, mean_q = p.mean(axis=0), q.mean(axis=0)
+        centred_p, centred_q = p - mean_p, q - mean_q
+        cross = centred_q.T @ centred_p
+    else:
+        total = w.sum()
+        mean_p, mean_q = w @ p / total, w @ q / total
+        centred_p, centred_q = p - mean_p, q - mean_q
+        cross = (centred_q * w[:, None]).T @ centred_p
+    U, s, Vt = np.linalg.svd(cross)
+    if s[1] <= RANK * s[0] or s[0] == 0:
+        return None
+    guard = np.diag([1.0, 1.0, np.sign(np.linalg.det(U) * np.linalg.det(Vt))])
+    T = np.eye(4)
+    T[:3, :3] = U @ guard @ Vt
+    T[:3, 3] = mean_q - T[:3, :3] @ mean_p
+    return T
+
+
+def fit_rigid_to_planes(
+    source: ArrayLike, target: ArrayLike, normals: ArrayLike, weights: ArrayLike | None = None
+) -> NDArray[np.float64]:
+    """Return the rigid motion that brings points closer to the planes through their partners; one linearised step.
+
+    Parameters
+    ----------
+    source, target : (N, 3) float, finite; row i of one belongs to row i of the other.
+    normals : (N, 3) unit normals at the target points.
+    weights : (N,) non-negative, or None.
+
+    Returns
+    -------
+    (4, 4) T_target_source. Directions that no plane decides (sliding along one plane) stay as they are.
+
+    Raises
+    ------
+    ValueError
+        If the shapes differ or there are fewer than 6 pairs.
+
+    References
+    ----------
+    Low, Linear least-squares optimization for point-to-plane ICP surface registration, UNC TR04-004, 2004.
+    """
+    p, q, w = _pairs(source, target, weights)
+    n = checks.last_axis(normals, 3, "normals").astype(np.float64)
+    if n.shape != q.shape:
+        raise ValueError(f"normals: expected one a target point, shape {q.shape}, got {n.shape}.")
+    if len(p) < 6:
+        raise ValueError(f"source: a step to planes has 6 unknowns and needs 6 pairs, there are {len(p)}.")
+    return _fit_planes(p, q, n, w)
+
+
+def _fit_planes(
+    p: NDArray[np.float64], q: NDArray[np.float64], n: NDArray[np.float64], w: NDArray[np.float64] | None
+) -> NDArray[np.float64]:
+    # about the middle of the points and in their size, so that turns and shifts are numbers of one kind
+    middle = p.mean(axis=0)
+    local = p - middle
+    size = float(np.sqrt((local**2).sum(axis=1).mean())) or 1.0
+    rows = np.empty((len(p), 6))
+    rows[:, 0] = (local[:, 1] * n[:, 2] - local[:, 2] * n[:, 1]) / size
+    rows[:, 1] = (local[:, 2] * n[:, 0] - local[:, 0] * n[:, 2]) / size
+    rows[:, 2] = (local[:, 0] * n[:, 1] - local[:, 1] * n[:, 0]) / size
+    rows[:, 3:] = n
+    off = np.einsum("ij,ij->i", q - p, n)
+    weighted = rows if w is None else rows * w[:, None]
+    values, vectors = np.linalg.eigh(weighted.T @ rows)
+    kept = values > RANK * values[-1]
+    step = vectors[:, kept] @ ((vectors[:, kept].T @ (weighted.T @ off)) / values[kept])
+    T = np.eye(4)
+    T[:3, :3] = _rotation(step[:3] / size)
+    T[:3, 3] = middle + step[3:] - T[:3, :3] @ middle
+    return T
+
+
+def _rotation(vector: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The rotation of a rotation vector (Rodrigues)."""
+    angle = float(np.linalg.norm(vector))
+    if angle == 0:
+        return np.eye(3)
+    x, y, z = vector / angle
+    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * (K @ K)
+
+
+def icp(
+    source: ArrayLike,
+    target: ArrayLike,
+    radius: float | Sequence[float],
+    normals: ArrayLike | None = None,
+    initial: ArrayLike | None = None,
+    steps: int = 50,
+    tolerance: float = 1e-7,
+    keep: float = 1.0,
+    kernel: str = "none",
+) -> IcpResult:
+    """Register a source cloud to a target cloud.
+
+    Parameters
+    ----------
+    source, target : (N, 3), (M, 3) float, metres, finite.
+    radius : pairs farther apart do not count, metres. Several: each in turn, from coarse to fine, the last one last.
+    normals : (M, 3) unit normals of the target: then distances are measured to planes, else to points. A target point
+        whose normal is NaN is not used.
+    initial : (4, 4) T_target_source to begin with; None for the identity.
+    steps : at most so many for each radius.
+    tolerance : done when a step turns by less than this (radians) and shifts by less than this (metres); 0 for never.
+    keep : share of the pairs that count, the nearest ones (trimming), in (0, 1].
+    kernel : "none"; or weights for the distances, "huber" or "tukey", scaled by 1.4826 times their median.
+
+    Returns
+    -------
+    IcpResult
+
+    Raises
+    ------
+    ValueError
+        If an argument is of another form; if no pairs, or too few, lie within the radius.
+
+    Examples
+    --------
+    >>> grid = np.stack(np.meshgrid(range(5), range(5), [0, 1]), axis=-1).reshape(-1, 3) * 1.0
+    >>> result = icp(grid + [0.1, 0, 0], grid, radius=0.5)
+    >>> (np.round(result.T_target_source[:3, 3], 6) + 0).tolist(), result.fitness
+    ([-0.1, 0.0, 0.0], 1.0)
+    """
+    p, n = finite_points(source, "source"), None
+    q = finite_points(target, "target")
+    if normals is not None:
+        n = checks.last_axis(normals, 3, "normals").astype(np.float64)
+        if n.shape != q.shape:
+            raise ValueError(f"normals: expected one a target point, shape {q.shape}, got {n.shape}.")
+        used = np.isfinite(n).all(axis=1)
+        if not used.any():
+            raise ValueError("normals: all of them are NaN; estimate them, or leave them out for distances to points.")
+        q, n = q[used], n[used]
+    if not 0 < keep <= 1:
+        raise ValueError(f"keep: expected a share of the pairs in (0, 1], got {keep!r}.")
+    if kernel not in KERNELS:
+        raise ValueError(f"kernel: {kernel!r} is unknown; {checks.nearest_name(kernel, KERNELS)}")
+    if isinstance(steps, bool) or not isinstance(steps, (int, np.integer)) or steps < 1:
+        raise ValueError(f"steps: expected a whole number of at least 1, got {steps!r}.")
+    T = np.eye(4) if initial is None else checks.check_rigid(initial, "initial")
+    radii = [checks.number(each, "radius") for each in np.atleast_1d(np.asarray(radius, dtype=object))]
+    if not radii or min(radii) <= 0:
+        raise ValueError("radius: expected a positive distance in metres, or several.")
+    near = Neighbours(q)
+    p = p[morton_order(p)]
+    done: list[IcpStep] = []
+    still = False
+    for reach in radii:
+        for _ in range(int(steps)):
+            moved = transforms.apply(T, p)
+            step, entry = _step(moved, near, n, reach, keep, kernel)
+            T = step @ T
+            done.append(entry)
+            still = max(entry.rotation, entry.translation) < tolerance
+            if still:
+                break
+    distance, _ = near.nearest(transforms.apply(T, p), 1, radii[-1], sort=False)
+    inside = np.isfinite(distance[:, 0])
+    rmse = float(np.sqrt(np.mean(distance[inside, 0] ** 2))) if inside.any() else float("nan")
+    return IcpResult(T, float(inside.mean()), rmse, tuple(done), still)
+
+
+def _step(
+    moved: NDArray[np.float64],
+    near: Neighbours,
+    normals: NDArray[np.float64] | None,
+    radius: float,
+    keep: float,
+    kernel: str,
+) -> tuple[NDArray[np.float64], IcpStep]:
+    """Pair, reject, weigh, fit: one step from where the source lies now."""
+    distance, index = (each[:, 0] for each in near.nearest(moved, 1, radius, sort=False))
+    found = np.flatnonzero(np.isfinite(distance))
+    if keep < 1 and len(found):
+        found = found[np.argsort(distance[found], kind="stable")[: max(1, round(keep * len(found)))]]
+    least = 3 if normals is None else 6
+    if len(found) < least:
+        raise ValueError(
+            f"radius: {len(found)} source points have a target point within {radius:g} m, and a step needs {least}; "
+            "begin nearer, or with a larger radius."
+        )
+    p, q = moved[found], near.points_at(index[found])
+    if normals is None:
+        residual = distance[found]
+        weights = _weights(residual, kernel)
+        step = _fit_rigid(p, q, weights)
+        if step is None:
+            raise ValueError("source: its paired points lie on a line, and any turn about it fits as well.")
+    else:
+        n = normals[index[found]]
+        weights = _weights(np.abs(np.einsum("ij,ij->i", q - p, n)), kernel) if kernel != "none" else None
+        step = _fit_planes(p, q, n, weights)
+    angle = float(np.arccos(np.clip((np.trace(step[:3, :3]) - 1) / 2, -1, 1)))
+    middle = p.mean(axis=0)
+    shift = float(np.linalg.norm(step[:3, :3] @ middle + step[:3, 3] - middle))
+    rmse = float(np.sqrt(np.mean(distance[found] ** 2)))
+    return step, IcpStep(radius, len(found), rmse, angle, shift)
+
+
+def _weights(residual: NDArray[np.float64], kernel: str) -> NDArray[np.float64] | None:
+    """Weights of iteratively reweighted least squares; None where all count alike."""
+    scale = 1.4826 * float(np.median(residual))
+    if kernel == "none" or scale == 0:
+        return None
+    ratio = residual / scale
+    if kernel == "huber":
+        return np.minimum(1.0, HUBER / np.maximum(ratio, 1e-12))
+    return np.where(ratio < TUKEY, (1 - (ratio / TUKEY) ** 2) ** 2, 0.0)
+
+
+def _pairs(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None) -> tuple:
+    p, q = finite_points(source, "source"), finite_points(target, "target")
+    if p.shape != q.shape:
+        raise ValueError(f"target: expected as many points as in the source, {len(p)}, got {len(q)}.")
+    if weights is None:
+        return p, q, None
+    w = checks.vector(weights, len(p), "weights")
+    if (w < 0).any() or w.sum() <= 0:
+        raise ValueError("weights: expected numbers of at least 0, not all of them 0.")
+    return p, q, w
