@@ -286,7 +286,7 @@ class _Partners:
         self._radius = 0.0
 
     def find(self, T: NDArray[np.float64], radius: float) -> NDArray[np.float64]:
-        """Move the source by T, see to its partners, and return the distance (N,) to each; infinite where it is none."""
+        """Move the source by T, see to its partners, and return the distance (N,) to each; inf where there is none."""
         before, self.moved = self.moved, self._source @ T[:3, :3].T + T[:3, 3]
         if radius > self._radius:
             self._slack[:] = -1.0
