@@ -277,6 +277,8 @@ for row, shift in enumerate(shifts):
         for name, given in [("to points", None), ("to planes", coarse_normals)]:
             off = errors(icp(few, coarse, given, T=start, steps=30)[-1])
             arrived[name][row, column] = off[0] < 2 and off[1] < 5
+for name, map_ in arrived.items():
+    report(f"starts from which it arrives, {name}", 100 * map_.mean(), "%", digits=2)
 fig, axes = plt.subplots(1, 2, figsize=(8, 2.9), sharey=True, layout="constrained")
 for axis, (name, map_) in zip(axes, arrived.items(), strict=True):
     axis.imshow(map_, cmap="gray", origin="lower", aspect="auto", vmin=0, vmax=1, extent=[-10, 190, -0.0125, 0.1625])
@@ -285,8 +287,6 @@ axes[0].set_ylabel("shifted at the start (m)")
 picture(fig, alt="Two maps over the angle and shift at the start, white where ICP arrives. Both are white at small angles. "
                  f"To points arrives from {100 * arrived['to points'].mean():.0f} % of the starts, to planes from "
                  f"{100 * arrived['to planes'].mean():.0f} %.")
-for name, map_ in arrived.items():
-    report(f"starts from which it arrives, {name}", 100 * map_.mean(), "%", digits=2)
 
 # %% [markdown]
 # Angle matters far more than shift: the first step puts middle on middle, and this takes any shift away when all of the animal is in both clouds. A
@@ -373,6 +373,13 @@ for name, (given, radii, how) in ways.items():
     rows.append([name, *errors(ends[name], T_views, middle_views)])
 report_table(rows, columns=["variant", "off (degrees)", "off (mm)"], digits=2)
 
+# %% tags=["hide-input"]
+show.panels({name: [(apply(T, scans[0]), "source"), (scans[1], "target")] for name, T in
+             [("start", start), ("to planes, 1 m", ends["to planes, 1 m"]), ("all together", ends["all together"])]},
+            frame="camera", view="top",
+            alt="The two frames from above. At the start walls and table are double; with one radius of a metre they still are "
+                "a little; with all together each wall is one line.")
+
 # %% [markdown]
 # These are the parts that Rusinkiewicz and Levoy took apart and compared: which points, which pairs, which weights, which are rejected, which distance. They
 # did not invent ICP: Besl and McKay, and Chen and Medioni, did, both in 1992. The last row goes into the error budget; its effect is how far points about 1.5 m
@@ -440,6 +447,15 @@ slid = icp(one + [0.5, 0.05, 0.05], other, other_normals, radius=0.5)[-1]
 predict("Half a metre along the corridor and 5 cm aside: how much is left along it?", guess, abs(slid[0, 3] + 0.5), "m",
         digits=1, why="No plane of the corridor has a normal along it, so no pair says anything about that direction.")
 
+# %% tags=["hide-input"]
+marks = (one[:, 0] > 3.9) & (one[:, 0] < 4.1)  # a slice of the corridor, to see where it ends
+show.panels({"before": [(one + [0.5, 0.05, 0.05], "source"), (other, "target")],
+             "after": [(apply(slid, one + [0.5, 0.05, 0.05]), "source"), (other, "target")],
+             "after, one slice": [(apply(slid, one[marks] + [0.5, 0.05, 0.05]), "source"), (one[marks], "truth")]},
+            frame="world", view="iso",
+            alt="A corridor before and after ICP. After it, floor and walls coincide, but a slice of the source lies half a metre "
+                "along the corridor from where it belongs.")
+
 # %%
 moved = apply(slid, one + [0.5, 0.05, 0.05])
 found, partner, distance = nearest_pairs(moved, cKDTree(other), 0.5)
@@ -469,13 +485,20 @@ raw_tree = cKDTree(lidar.clouds["target"].points)
 rows = []
 for name, radii in [("4 m", [4]), ("1 m", [1]), ("0.25 m", [0.25]), ("2 m to 0.25 m", [2, 1, 0.5, 0.25])]:
     for metric, given in [("points", None), ("planes", lidar_normals)]:
-        T = shrink(thin["source"], thin["target"], given, np.eye(4), radii, 24 // len(radii))
-        off = pose_error(T, T_lidar)
+        T_found = shrink(thin["source"], thin["target"], given, np.eye(4), radii, 24 // len(radii))
+        off = pose_error(T_found, T_lidar)
         rows.append([name, metric, 100 * off.metres, off.degrees])
 report_table(rows, columns=["radius", "to", "off (cm)", "off (degrees)"], digits=2)
 for name, T in [("not moved at all", np.eye(4)), ("under the published motion", T_lidar)]:
     near_ = raw_tree.query(apply(T, lidar.clouds["source"].points[::50]))[0]
     report(f"unthinned scans, median distance, {name}", 100 * np.median(near_), "cm", digits=2)
+
+# %% tags=["real-data", "hide-input"]
+# real data: lidar_pair
+near_by = {name: points[np.linalg.norm(points, axis=1) < 15] for name, points in thin.items()}
+show.panels({name: [(apply(T, near_by["source"]), "source"), (near_by["target"], "target")]
+             for name, T in [("not moved", np.eye(4)), ("2 m to 0.25 m, to planes", T_found)]}, frame="world", view="top",
+            alt="The two laser scans from above, within 15 m of the scanner. Not moved, walls are double; aligned, they are one line.")
 
 # %% [markdown]
 # Large radii let wrong pairs pull; the smallest alone, to points, has not arrived yet. Shrinking, both end about a centimetre and a fifth of a degree from
