@@ -330,7 +330,7 @@ show.panels({"with its floor": lifted, "without": lifted.select(~floor)}, view="
 # %%
 (normal, d), index = next(one for one in found if (names[label[::10][one[1]]] == "table").mean() > 0.5)
 true_top = room.truth["table_centre"][2]
-over = some[index]
+over = some[index[names[label[::10]][index] == "table"]]
 off = (over[:, :2] @ normal[:2] + true_top * normal[2] + d) / abs(normal[2])
 show.error_budget({"plane": (degrees_between(normal, np.array([0, 0, 1])), 1000 * metrics.rms(off))})
 
