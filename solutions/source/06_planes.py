@@ -190,9 +190,9 @@ check("06-3", heights_above_floor)
 rng = np.random.default_rng(60)
 turn = np.radians(82)
 to_view = np.array([[np.cos(turn), 0, -np.sin(turn)], [0, 1, 0], [np.sin(turn), 0, np.cos(turn)]])
-board = np.column_stack([rng.uniform(-0.5, 0.5, 300), rng.uniform(-0.8, 0.8, 300), rng.normal(0, 0.04, 300)])
-second = np.column_stack([rng.uniform(0.05, 0.5, 130), rng.uniform(-0.8, 0.8, 130), 0.22 + rng.normal(0, 0.04, 130)])
-heap = np.column_stack([rng.uniform(-0.5, -0.2, 120), rng.uniform(-0.8, 0.8, 120), rng.uniform(-0.7, -0.2, 120)])
+board = np.column_stack([rng.uniform(-0.5, 0.5, 300), rng.uniform(-0.42, 0.42, 300), rng.normal(0, 0.04, 300)])
+second = np.column_stack([rng.uniform(0.05, 0.5, 130), rng.uniform(-0.42, 0.42, 130), 0.22 + rng.normal(0, 0.04, 130)])
+heap = np.column_stack([rng.uniform(-0.5, -0.2, 120), rng.uniform(-0.42, 0.42, 120), rng.uniform(-0.5, -0.15, 120)])
 own, near, all_ = (np.vstack(parts) @ to_view.T + [0.9, 0, 1.4] for parts in ([board], [board, second], [board, second, heap]))
 
 
@@ -214,7 +214,7 @@ makers = [
 ]
 order = np.random.default_rng(591).permutation(6)
 found = {letter: makers[i] for letter, i in zip("ABCDEF", order, strict=True)}
-fig, axes = plt.subplots(2, 3, figsize=(8, 8.4), sharex=True, sharey=True, layout="constrained")
+fig, axes = plt.subplots(2, 3, figsize=(8, 7), sharex=True, sharey=True, layout="constrained")
 for axis, (letter, (plane, _)) in zip(axes.ravel(), found.items(), strict=True):
     axis.plot(all_[:, 0], all_[:, 2], ".", ms=2, color=show.COLOURS["reference"])
     for which, style in [(truth, {"color": "black", "lw": 1}), (plane, {"color": show.COLOURS["outlier"], "lw": 2})]:
