@@ -315,7 +315,9 @@ def run_notebook(run: Run, rebuilt: Rebuilt) -> None:
     cells = []
 
     def add(task: str, source: str, line: int = 1, probe: bool = False) -> None:
-        cell = nbformat.v4.new_code_cell("#\n" * min(line - 1, MOST_LINES) + source, metadata={"task": task, "probe": probe})
+        cell = nbformat.v4.new_code_cell(
+            "#\n" * min(line - 1, MOST_LINES) + source, metadata={"task": task, "probe": probe}
+        )
         cells.append(cell)
 
     for piece in rebuilt.given:

@@ -17,6 +17,8 @@ __all__ = ["clean", "page_name", "render", "safe_cell", "write_text"]
 
 TEMPLATES = Path(__file__).with_name("templates")
 MOST = 600
+TURNS = "\u061c\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069"
+"""Marks that turn the direction of what follows."""
 _RUNS = re.compile(r"^[\s\u00a0\u200b\ufeff]*[=+\-@\uff1d\uff0b\uff0d\uff20\t\r\n|%]")
 _HIDDEN = re.compile(r"(;[\s\u00a0\u200b\ufeff\"']*)(?=[=+\-@\uff1d\uff0b\uff0d\uff20|%])")
 """A formula behind a semicolon, which is where a spreadsheet of many countries begins a new cell."""
@@ -35,7 +37,7 @@ def clean(text: Any, most: int = MOST) -> str:
             kept.append(" ")
         elif kind == "Cs":
             kept.append(f"\\x{ord(letter) & 0xFF:02x}")
-        elif kind in ("Cc", "Co") or letter in "\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069\u200e\u200f\u061c":
+        elif kind in ("Cc", "Co") or letter in TURNS:
             kept.append("\N{REPLACEMENT CHARACTER}" if kind == "Co" else "")
         else:
             kept.append(letter)

@@ -100,7 +100,8 @@ def bwrap_command(held: Held, room: Room, limits: Limits, program: Sequence[str]
     for place in _other_packages(base):
         words += ["--size", "4096", "--tmpfs", place, "--remount-ro", place]
     # /dev/zero could be mapped as memory that belongs to no process, see inside/kernel_main.py
-    words += ["--proc", "/proc", "--dev", "/dev", "--dev-bind", "/dev/null", "/dev/zero", "--size", "1000000", "--tmpfs", "/dev/shm", "--remount-ro", "/dev"]
+    words += ["--proc", "/proc", "--dev", "/dev", "--dev-bind", "/dev/null", "/dev/zero"]
+    words += ["--size", "1000000", "--tmpfs", "/dev/shm", "--remount-ro", "/dev"]
     words += ["--size", folder, "--tmpfs", "/tmp", "--ro-bind", str(room.folder), "/course"]
     for name, path in room.packages:
         words += ["--ro-bind", str(path), f"/course/site/{name}"]

@@ -1,7 +1,7 @@
 """The first program in the sandbox: takes limits upon itself, sets what can be imported, and becomes the kernel.
 
-Run as `python -I -S kernel_main.py room.json connection.json bwrap|none`, so that nothing of the machine is on `sys.path`. Here
-also live the stand-ins: what a lab imports to draw pictures is there by name and does nothing.
+Run as `python -I -S kernel_main.py room.json connection.json bwrap|none`, so that nothing of the machine is on
+`sys.path`. Here also live the stand-ins: what a lab imports to draw pictures is there by name and does nothing.
 """
 
 import ctypes
