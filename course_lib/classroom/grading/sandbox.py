@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
+from .inside.kernel_main import REFUSED
 from .limits import Limits
 from .room import Room
 
@@ -159,7 +160,8 @@ def probe_sandbox() -> Held:
     for flags in TRIALS:
         if "--unshare-user" not in flags and os.geteuid() != 0:
             continue
-        words = f"bwrap {' '.join(version)}: {' '.join((*flags, *BASE))}"
+        calls = f"system calls {'filtered' if platform.machine() in REFUSED else 'not filtered'}"
+        words = f"bwrap {' '.join(version)}: {' '.join((*flags, *BASE))}; {calls}"
         reason = _look(Held("bwrap", flags, words))
         if not reason:
             return Held("bwrap", flags, words)

@@ -100,7 +100,7 @@ def numbers() -> dict[str, int]:
 UNSEEN = """
 libc = ctypes.CDLL(None, use_errno=True)
 libc.shmat.restype, libc.shmdt.argtypes = ctypes.c_void_p, [ctypes.c_void_p]
-size, page, refused, held = 48 * 2**20, 2**20, [], []
+size, page, refused, held = 24 * 2**20, 2**20, [], []
 
 
 def in_files_of_memory():
@@ -147,12 +147,12 @@ if refused:
 def test_memory_that_belongs_to_no_process(tmp_path, monkeypatch):
     need_sandbox()
     numbers()
-    one = task(graded("00", answer(UNSEEN), memory_mb=300.0, task_seconds=10.0), 1)
+    one = task(graded("00", answer(UNSEEN), memory_mb=200.0, task_seconds=10.0), 1)
     assert (one["points"], one["reason"]) == (0.0, "raised") and "4 refused" in one["error"], one["error"]
     without_filter(tmp_path, monkeypatch)
     weaken(monkeypatch, kernel, "bwrap_command", (', "--dev-bind", "/dev/null", "/dev/zero"', ""))
-    one = task(graded("00", answer(UNSEEN), memory_mb=301.0, task_seconds=10.0), 1)
-    assert one["points"] == 1, one["error"]  # the control: 600 MB and more were held under a limit of 301, unseen
+    one = task(graded("00", answer(UNSEEN), memory_mb=201.0, task_seconds=10.0), 1)
+    assert one["points"] == 1, one["error"]  # the control: nearly 300 MB were held under a limit of 201, unseen
 
 
 DISK = """
@@ -600,10 +600,9 @@ if any(word in seen for word in WORDS):
     raise ValueError('found')
 """
     try:
-        for words in (("s3cret-word", secret.name), ("987654321", "PYTEST_CURRENT_TEST")):
-            data = answer(code.replace("WORDS", repr(words)))
-            one = task(graded("00", data, seed=987654321), 1)
-            assert one["points"] == 1, one["error"]
+        words = ("s3cret-word", secret.name, "987654321", "PYTEST_CURRENT_TEST")
+        one = task(graded("00", answer(code.replace("WORDS", repr(words))), seed=987654321), 1)
+        assert one["points"] == 1, one["error"]
         found = task(graded("00", answer(code.replace("WORDS", repr(("/course",))))), 1)
         assert "found" in found["error"]  # the control: it does see what is there
     finally:
