@@ -15,7 +15,7 @@ from course_lib.neighbours import Neighbours
 
 __all__ = ["euclidean_clusters"]
 
-FIRST = 8  # neighbours to look at first; most points need no more
+FIRST = 6  # neighbours to look at first; most points need no more
 
 
 def euclidean_clusters(points: ArrayLike, radius: float, least: int = 1) -> NDArray[np.intp]:
@@ -60,36 +60,32 @@ def euclidean_clusters(points: ArrayLike, radius: float, least: int = 1) -> NDAr
 def _components(near: Neighbours, radius: float) -> NDArray[np.intp]:
     """Component of each point, in the order of `near.sorted`.
 
-    First the points of each small cube are joined, then each with its few nearest. What may still be missing are pairs
-    of points with more neighbours than were looked at; of two such components one is not the largest, so only the
-    points of the others are looked at again, with twice as many neighbours, until none is left.
+    First points that follow each other on the Z-curve are joined where they are near, then each with its few nearest.
+    What may still be missing are pairs of points with more neighbours than were looked at; of two such parts one is
+    not the largest, so only the points of the others are looked at again, with twice as many, until none is left.
     """
     n = len(near)
-    # two points of one such cube are never farther apart than the radius
-    low = near.sorted.min(axis=0)
-    cube = np.floor((near.sorted - low) / (radius / np.sqrt(3.0) * (1 - 1e-9)))
-    order = np.lexsort(cube.T)
-    same = (cube[order[1:]] == cube[order[:-1]]).all(axis=1)
-    ends = [(order[1:][same], order[:-1][same])]
+    step = np.linalg.norm(np.diff(near.sorted, axis=0), axis=1)
+    follows = np.flatnonzero(step <= radius)
+    ends = [(follows, follows + 1)]
     open_points, k = np.arange(n), min(FIRST, n)
-    label = np.zeros(n, dtype=np.intp)
-    while len(open_points):
+    while True:
         cut = []
         for part in np.array_split(open_points, max(1, len(open_points) * k // 2_000_000)):
-            distance, place = near._query(near.sorted[part], k, radius, -1)
-            there = np.isfinite(distance)
-            ends.append((np.broadcast_to(part[:, None], place.shape)[there], place[there]))
-            cut.append(part[there[:, -1]])
+            distance, place = near.places(near.sorted[part], k, radius)
+            cut.append(part[np.isfinite(distance[:, -1])])
+            other = place[:, 1:]  # the first is the point itself, or one that equals it
+            here = np.broadcast_to(part[:, None], other.shape)
+            there = other < n
+            ends.append((here[there], other[there]))
         label = _joined(ends, n)
-        if k >= n:
-            break
-        largest = np.bincount(label).argmax()
         open_points = np.concatenate(cut)
-        open_points = open_points[label[open_points] != largest]
+        open_points = open_points[label[open_points] != np.bincount(label).argmax()]
+        if k == n or not len(open_points):
+            return label
         k = min(2 * k, n)
         # what is joined stays joined by one edge a point
         ends = [(np.arange(n), _first_of(label))]
-    return label
 
 
 def _joined(ends: list[tuple[NDArray, NDArray]], n: int) -> NDArray[np.intp]:

@@ -22,6 +22,8 @@ REAL = [
     "realsense_slam",
     "tum_slambook",
     "pcl_tests",
+    "lidar_pair",
+    "feature_clouds",
 ]
 
 

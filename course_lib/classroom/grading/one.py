@@ -192,12 +192,14 @@ def _grade(job: Job, record: Record, prepared: Prepared, held: Held, limits: Lim
     refused = {answer.slot.task.id: _refusal(answer, lab) for answer in rebuilt.answers if answer.state == "found"}
     cases = {slot.task.id: _cases(slot.task, job["seed"]) for slot in lab.slots}
     done: dict[str, Run] = {}
+    left = limits.total_seconds
     for group, room in prepared.rooms:
         with tempfile.TemporaryDirectory(prefix="cg-", ignore_cleanup_errors=True) as name:
             wanted = {task.id: cases[task.id] for task in group if not refused.get(task.id)}
-            run = Run(held, room, limits, Path(name), wanted)
+            run = Run(held, room, limits, Path(name), wanted, left=left)
             began = time.perf_counter()
             run_notebook(run, _part(rebuilt, set(wanted)))
+            left = run.left
             record["seconds"]["run"] = record["seconds"].get("run", 0.0) + round(time.perf_counter() - began, 3)
         done |= {task.id: run for task in group}
         record["notices"] += run.notices
