@@ -283,9 +283,14 @@ def _fill(
         pieces = [*pieces[:MOST_PIECES], Piece(task, "\n".join(told[MOST_PIECES:]))]
     answer.pieces += pieces
     if told:
-        _say(notices, "helpers", answer.slot, f"{len(told)} statements from other cells that it uses came with it.")
+        _say(notices, "helpers", answer.slot, _counted(told))
     answer.pieces += _split(answer.slot.task.id, chosen.source, chosen.tree)
     answer.source = "\n".join([*told, chosen.source])
+
+
+def _counted(told: Sequence[str]) -> str:
+    much = "one statement from another cell" if len(told) == 1 else f"{len(told)} statements from other cells"
+    return f"{much}, which it uses, came with it."
 
 
 def _with_decorators(lines: Sequence[str], statement: ast.stmt) -> str:
@@ -327,14 +332,22 @@ def _frame_notices(cells: Iterable[_Cell], lab: ReleasedLab) -> list[Notice]:
     doubled = sorted({name for name in ids if name and ids.count(name) > 1})
     order = [name for name in dict.fromkeys(ids) if name in lab.cells]
     for code, what, names in (
-        ("cells gone", "of the lab's cells are gone and were put back", gone),
-        ("cells changed", "of the lab's own cells were changed and were put back", changed),
-        ("cells doubled", "cells share an id", doubled),
+        (
+            "cells gone",
+            ("of the lab's cells is gone and was put back", "of the lab's cells are gone and were put back"),
+            gone,
+        ),
+        (
+            "cells changed",
+            ("of the lab's own cells was changed and put back", "of the lab's own cells were changed and put back"),
+            changed,
+        ),
+        ("cells doubled", ("cell stands there twice", "cells stand there twice"), doubled),
     ):
         if names:
-            found.append(Notice(code=code, task="", text=f"{len(names)} {what}."))
+            found.append(Notice(code=code, task="", text=f"{len(names)} {what[len(names) > 1]}."))
     if order != [name for name in lab.cells if name in set(order)]:
-        found.append(Notice(code="cells moved", task="", text="the cells stand in another order; it was put back."))
+        found.append(Notice(code="cells moved", task="", text="The cells stand in another order; it was put back."))
     return found
 
 
