@@ -70,7 +70,7 @@ FIT_MISTAKES = (
     ),
     Misconception(
         "translation without R",
-        "the difference of the two means: the source's mean must be rotated first, t = mean of target − R · mean of source",
+        "the difference of the two means: rotate the source's mean first, t = mean of target − R · mean of source",
         _wrong_fit(translation="mean_q - mean_p"),
     ),
     Misconception(
@@ -98,7 +98,7 @@ FIT_MISTAKES = (
 
 _GIVEN_MISTAKES = {
     "pairs": ("source", "moved", "partners looked for where the source began: look from where T has moved it"),
-    "order": ("T @ step", "step @ T", "T @ step, which applies the new step before the old ones: the newest is leftmost"),
+    "order": ("T @ step", "step @ T", "T @ step, which applies the new step before the old ones: it stands leftmost"),
     "fitness": (
         "near[keep].size / max(keep.sum(), 1)",
         "keep.sum() / len(source)",
