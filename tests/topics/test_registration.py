@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from course_lib import downsample, normals, registration, transforms
 from course_lib.classroom import inputs
+from course_lib.neighbours import spacing
 from course_lib.notebook import data
 from course_lib.registration import fit_rigid, fit_rigid_to_planes, icp
 
@@ -79,6 +80,7 @@ def test_without_the_guard_about_half_of_the_flat_clouds_are_reflected_and_no_so
         T = transforms.random(rng, 180, 5)
         for kind in flips:
             points = rng.normal(size=(20, 3)) * ([1, 1, 0] if kind == "flat" else [1, 1, 1])
+            points = transforms.apply(transforms.random(rng, 180, 5), points)
             flips[kind] += determinant(points, transforms.apply(T, points)) < 0
     assert flips["solid"] == 0
     assert 0.35 * 400 < flips["flat"] < 0.65 * 400
@@ -164,7 +166,7 @@ def test_a_step_to_one_plane_does_not_slide():
         (np.outer(np.arange(5.0), [1, 2, 3]) + 1e6, "lie on a line"),
         ([[np.nan, 0, 0], [1, 0, 0], [0, 1, 0]], "1 of 3 are NaN or infinite"),
         ([[np.inf, 0, 0], [1, 0, 0], [0, 1, 0]], "1 of 3 are NaN or infinite"),
-        (np.zeros((4, 2)), r"expected shape \(N, 3\)"),
+        (np.zeros((4, 2)), "the last axis must have 3 entries"),
     ],
 )
 def test_points_that_fix_no_motion_get_one_sentence(points, sentence):
@@ -281,9 +283,10 @@ def test_float32_and_far_coordinates():
 
 @pytest.mark.parametrize("to_planes", [False, True])
 def test_two_samples_of_a_surface(to_planes):
+    """Points to points are off by a share of the spacing, as no point has its true partner; planes are not."""
     source, target, slopes, T = field_pair()
     result = icp(source, target, [0.5, 0.2], slopes if to_planes else None, steps=60)
-    assert apart(result.T_target_source, T, source) < (0.002 if to_planes else 0.02)
+    assert apart(result.T_target_source, T, source) < (0.002 if to_planes else spacing(target))
     assert result.fitness > 0.97 and result.rmse < 0.1
 
 
@@ -415,18 +418,21 @@ COARSE_TO_FINE = (2.0, 1.0, 0.5, 0.25)
 
 @needs_mirror
 def test_the_lidar_pair_from_identity_and_from_twenty_perturbed_starts():
+    """Coarse radii with every fourth point, the finest one with all."""
     source, target, slopes, T = lidar()
     rng = np.random.default_rng(7)
     for start in [np.eye(4), *(transforms.compose(T, transforms.random(rng, 2, 0.3)) for _ in range(20))]:
-        found = icp(source, target, COARSE_TO_FINE, slopes, start, steps=30, tolerance=1e-4)
+        near = icp(source[::4], target, COARSE_TO_FINE[:-1], slopes, start, steps=20, tolerance=1e-3).T_target_source
+        found = icp(source, target, COARSE_TO_FINE[-1], slopes, near, steps=30, tolerance=1e-4)
         error = transforms.pose_error(found.T_target_source, T)
         assert error.metres <= 0.016 and error.degrees <= 0.2
 
 
 @needs_mirror
-def test_the_lidar_pair_point_to_point_from_identity():
-    source, target, _, T = lidar()
-    found = icp(source, target, COARSE_TO_FINE, steps=40, tolerance=1e-4)
+@pytest.mark.parametrize("to_planes", [False, True])
+def test_the_lidar_pair_from_identity_in_one_call(to_planes):
+    source, target, slopes, T = lidar()
+    found = icp(source, target, COARSE_TO_FINE, slopes if to_planes else None, steps=40, tolerance=1e-4)
     error = transforms.pose_error(found.T_target_source, T)
     assert error.metres <= 0.016 and error.degrees <= 0.2
 
@@ -438,7 +444,7 @@ def test_one_fixed_radius_fails_on_the_lidar_pair():
     for radius, given_normals in ((4.0, None), (2.0, None), (4.0, slopes)):
         found = icp(source, target, radius, given_normals, steps=30, tolerance=1e-4)
         error = transforms.pose_error(found.T_target_source, T)
-        assert 0.02 < error.metres < 0.18 or error.degrees > 0.3
+        assert error.metres > 0.01
         assert error.degrees > 0.3
         assert found.fitness > 0.98
 
