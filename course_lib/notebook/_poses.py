@@ -125,25 +125,6 @@ def read_bun_conf(path: Path) -> dict[str, np.ndarray]:
     return poses
 
 
-def read_matrix(path: Path) -> np.ndarray:
-    """Read one (4, 4) transform, four rows of four numbers, made exactly rigid; metres.
-
-    Raises
-    ------
-    Refusal
-        If it is not four rows of four numbers, or far from rigid.
-    """
-    T = _rows(path, 4, "four rows of four numbers")
-    if T.shape != (4, 4):
-        raise Refusal(f"{shown(path)} has {len(T)} rows: a transform has four.")
-    U, _, Vt = np.linalg.svd(T[:3, :3])
-    exact = np.eye(4)
-    exact[:3, :3], exact[:3, 3] = U @ Vt, T[:3, 3]
-    if np.abs(exact - T).max() > RIGID_AFTER_TEXT or np.linalg.det(exact) < 0:
-        raise Refusal(f"{shown(path)} does not hold a rigid transform.")
-    return exact
-
-
 def _unit(q: np.ndarray, path: Path) -> np.ndarray:
     length = np.linalg.norm(q)
     if not 0.99 < length < 1.01:
