@@ -1,4 +1,4 @@
-"""The benchmarks of `course_lib.downsample` and `course_lib.normals`: a height field, against Open3D's legacy functions.
+"""The benchmarks of `course_lib.downsample` and `course_lib.normals`: a height field, against Open3D's legacy code.
 
 Both sides get the same float64 points. Open3D's cloud is made before the clock starts, so that copying points into it
 is not charged to it; ours converts nothing. Sorting and the building of trees are charged to both.
