@@ -1,247 +1,236 @@
-"""Fewer points, chosen so that one can say what was lost: voxel grids, and random, uniform and farthest-point samples.
+"""Fewer points: a voxel grid with a stated origin and a stated representative, and three ways to sample.
 
-A voxel grid cuts space into cubes and keeps one point for each cube that holds any. Where its cubes begin is part of
-the answer, so the origin stands in every signature: by default the origin of the frame, so that two clouds in one
-frame share their cubes. Open3D begins half a voxel below the smallest coordinates: pass
-`origin=points.min(axis=0) - voxel / 2` to get its cubes.
+A voxel grid cuts space into cubes and keeps one point a cube. Which cubes there are depends on where the grid begins,
+so the origin is an argument. All functions take and return metres (or any one unit) and float64.
 
-Samples that need no cubes are in `course_lib.sampling` and are offered here, too.
-
-The cubes are numbered, number and index of each point are packed into one integer, and these are sorted: memory grows
-with the points, never with the volume.
+References
+----------
+Rusu and Cousins, 3D is here: Point Cloud Library, ICRA 2011 (the voxel grid filter); Eldar, Lindenbaum, Porat and
+Zeevi, The farthest point strategy for progressive image sampling, IEEE Trans. Image Processing 6(9), 1997.
 """
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from course_lib import checks
 from course_lib.neighbours import finite_points
-from course_lib.pointcloud import PointCloud
-from course_lib.sampling import farthest_points, random_points, uniform_points
 
-__all__ = [
-    "farthest_points", "random_points", "uniform_points", "voxel_cells", "voxel_centroids", "voxel_cloud",
-    "voxel_nearest",
-]  # fmt: skip
+__all__ = ["VoxelGrid", "sample_farthest", "sample_random", "sample_uniform", "voxel_downsample", "voxel_grid"]
 
-MOST = 2.0**52  # a cell's number beyond this has no exact neighbour in float64
-BITS = 63  # of a non-negative int64
-
-Indices = NDArray[np.intp]
-Floats = NDArray[np.float64]
+DENSE = 8  # a grid of at most so many cells a point is counted in place, without sorting
+LARGEST = 2**62  # cells that an index can count
 
 
-class _Groups(NamedTuple):
-    """Points sorted by cell: `order[start[i]:start[i] + count[i]]` are the points of cell i, by ascending index."""
+class VoxelGrid(NamedTuple):
+    """Which voxel each point lies in.
 
-    order: Indices
-    start: Indices
-    count: Indices
-
-
-def voxel_cells(points: ArrayLike, voxel: float, origin: ArrayLike = (0.0, 0.0, 0.0)) -> NDArray[np.int64]:
-    """Return the cube that each point lies in, as whole numbers of voxels from the origin along x, y and z.
-
-    A point on a face belongs to the cube on the face's upper side. Numbers below the origin are negative.
-
-    Parameters
+    Attributes
     ----------
-    points : (N, 3) float, metres, finite.
-    voxel : edge of a cube, metres.
-    origin : (3,) a corner of the cube numbered 0, 0, 0, metres, in the frame of the points.
-
-    Returns
-    -------
-    (N, 3) int64.
-
-    Raises
-    ------
-    ValueError
-        If the input is of another form, or the voxel is too small to count cubes of at these coordinates.
-
-    Examples
-    --------
-    >>> voxel_cells([[0.9, 0.0, -0.1]], 0.5).tolist()
-    [[1, 0, -1]]
+    voxel : (N,) number of the voxel of each point, from 0; voxels are numbered along x, then y, then z.
+    index : (V, 3) int64, the cube of each voxel: it spans origin + index * size to origin + (index + 1) * size.
+    count : (V,) points in each voxel, at least 1.
+    origin : (3,) where the grid begins.
+    size : the edge of a cube.
     """
-    return np.stack(_cells(finite_points(points), _voxel(voxel), checks.vector(origin, 3, "origin")), axis=1)
+
+    voxel: NDArray[np.intp]
+    index: NDArray[np.int64]
+    count: NDArray[np.intp]
+    origin: NDArray[np.float64]
+    size: float
+
+    @property
+    def centres(self) -> NDArray[np.float64]:
+        """(V, 3) the middle of each cube."""
+        return self.origin + (self.index + 0.5) * self.size
 
 
-def voxel_centroids(points: ArrayLike, voxel: float, origin: ArrayLike = (0.0, 0.0, 0.0)) -> Floats:
-    """Return the mean of the points of each cube that holds any.
+def voxel_grid(points: ArrayLike, size: float, origin: ArrayLike = (0.0, 0.0, 0.0)) -> VoxelGrid:
+    """Sort points into cubes.
 
     Parameters
     ----------
-    points, voxel, origin : as in `voxel_cells`.
-
-    Returns
-    -------
-    (M, 3) float64, metres, M ≤ N, ordered by cube: along x, then y, then z.
+    points : (N, 3) float, finite, N ≥ 1.
+    size : edge of a cube, in the unit of the points.
+    origin : (3,) a corner of the grid. Another origin gives another number of voxels.
 
     Raises
     ------
     ValueError
-        As `voxel_cells`.
-
-    References
-    ----------
-    Rusu and Cousins, 3D is here: Point Cloud Library (PCL), ICRA 2011 (its VoxelGrid filter).
+        If the points are not a finite (N, 3) array, the size is not positive, or so small that cubes cannot be counted.
 
     Examples
     --------
-    >>> voxel_centroids([[0.1, 0, 0], [0.3, 0, 0], [0.6, 0, 0]], 0.5).tolist()
-    [[0.2, 0.0, 0.0], [0.6, 0.0, 0.0]]
+    >>> grid = voxel_grid([[0.1, 0, 0], [0.9, 0, 0], [-0.1, 0, 0]], 1.0)
+    >>> grid.voxel.tolist(), grid.index[:, 0].tolist()  # -0.1 lies in cube -1: floor, not int
+    ([1, 1, 0], [-1, 0])
     """
     array = finite_points(points)
-    return _means(array, _groups(array, voxel, origin))
+    start = checks.vector(origin, 3, "origin")
+    _, _, voxel, index, count, edge = _sorted_into(array, size, start)
+    return VoxelGrid(voxel, index, count, start, edge)
 
 
-def voxel_nearest(points: ArrayLike, voxel: float, origin: ArrayLike = (0.0, 0.0, 0.0)) -> Indices:
-    """Return the index of the point nearest to the centre of its cube, for each cube that holds any.
-
-    What is kept are measured points, with everything that belongs to them: `cloud.select(voxel_nearest(...))`.
+def voxel_downsample(
+    points: ArrayLike, size: float, origin: ArrayLike = (0.0, 0.0, 0.0), representative: str = "centroid"
+) -> NDArray[np.float64]:
+    """Keep one point a cube.
 
     Parameters
     ----------
-    points, voxel, origin : as in `voxel_cells`.
+    points, size, origin : as in `voxel_grid`.
+    representative : "centroid", the mean of a cube's points, which averages noise and rounds edges off; or "nearest",
+        that one of its points which lies nearest to the cube's centre, which changes no point.
 
     Returns
     -------
-    (M,) indices, ordered by cube; of points equally near, the first.
+    (V, 3) float64, ordered along x, then y, then z of their cubes.
 
     Raises
     ------
     ValueError
-        As `voxel_cells`.
+        As `voxel_grid`; or if the representative is another word.
 
     Examples
     --------
-    >>> voxel_nearest([[0.1, 0.2, 0.2], [0.3, 0.2, 0.2], [0.9, 0.2, 0.2]], 0.5).tolist()
-    [1, 2]
+    >>> voxel_downsample([[0.25, 0, 0], [0.75, 0, 0], [1.5, 0, 0]], 1.0).tolist()
+    [[0.5, 0.0, 0.0], [1.5, 0.0, 0.0]]
+    """
+    if representative not in ("centroid", "nearest"):
+        raise ValueError(f"representative: {representative!r} is unknown; say 'centroid' or 'nearest'.")
+    array = finite_points(points)
+    start = checks.vector(origin, 3, "origin")
+    if representative == "nearest":
+        grid = voxel_grid(array, size, start)
+        off = np.linalg.norm(array - grid.centres[grid.voxel], axis=1)
+        order = np.lexsort((off, grid.voxel))
+        return array[order[np.concatenate([[0], np.cumsum(grid.count)[:-1]])]]
+    return _centroids(array, size, start)
+
+
+def _cells(points: NDArray[np.float64], size: float, origin: NDArray[np.float64]) -> tuple:
+    """The cube of each point, counted from the lowest one, and how many cubes there are along each axis."""
+    edge = checks.number(size, "size")
+    if edge <= 0:
+        raise ValueError(f"size: a voxel has a positive edge, got {edge:g}; it is a length in the unit of the points.")
+    cells = [np.floor((points[:, axis] - origin[axis]) / edge) for axis in range(3)]
+    low = np.array([cell.min() for cell in cells])
+    extent = [float(cell.max() - first) + 1 for cell, first in zip(cells, low, strict=True)]
+    if extent[0] * extent[1] * extent[2] > LARGEST or np.abs(low).max() > LARGEST:
+        raise ValueError(f"size: {edge:g} makes more cubes than can be counted; is it in the unit of the points?")
+    key = (cells[0] - low[0]).astype(np.int64)
+    for axis in (1, 2):
+        key *= int(extent[axis])
+        key += (cells[axis] - low[axis]).astype(np.int64)
+    return key, low.astype(np.int64), [int(length) for length in extent], edge
+
+
+def _sorted_into(points: NDArray[np.float64], size: float, origin: NDArray[np.float64]) -> tuple:
+    key, low, extent, edge = _cells(points, size, origin)
+    total = extent[0] * extent[1] * extent[2]
+    if total <= DENSE * len(points):
+        counts = np.bincount(key, minlength=total)
+        used = np.flatnonzero(counts)
+        number = np.empty(total, dtype=np.intp)
+        number[used] = np.arange(len(used))
+        voxel, count = number[key], counts[used]
+    else:
+        used, voxel, count = np.unique(key, return_inverse=True, return_counts=True)
+    index = np.stack(np.unravel_index(used, extent), axis=1).astype(np.int64) + low
+    return key, total, voxel, index, count, edge
+
+
+def _centroids(points: NDArray[np.float64], size: float, origin: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The mean of the points of each cube: counted on a dense grid if that is small, else sorted and summed in runs."""
+    key, _, extent, _ = _cells(points, size, origin)
+    total = extent[0] * extent[1] * extent[2]
+    middle = points.mean(axis=0)  # sums of small numbers keep their digits, however far away the cloud lies
+    if total <= DENSE * len(points):
+        counts = np.bincount(key, minlength=total)
+        used = np.flatnonzero(counts)
+        count = counts[used]
+        sums = [np.bincount(key, points[:, axis] - middle[axis], total)[used] for axis in range(3)]
+    else:
+        order = np.argsort(key, kind="stable")
+        ordered = key[order]
+        first = np.concatenate([[0], np.flatnonzero(ordered[1:] != ordered[:-1]) + 1])
+        count = np.diff(np.append(first, len(points)))
+        sums = [np.add.reduceat(points[order, axis] - middle[axis], first) for axis in range(3)]
+    return np.stack([total_ / count for total_ in sums], axis=1) + middle
+
+
+def sample_random(points: ArrayLike, count: int, seed: int) -> NDArray[np.intp]:
+    """Return the indices of `count` points drawn without replacement, in ascending order.
+
+    Raises
+    ------
+    ValueError
+        If there are not so many points.
+
+    Examples
+    --------
+    >>> len(set(sample_random([[0, 0, 0], [1, 0, 0], [2, 0, 0]], 2, seed=3).tolist()))
+    2
     """
     array = finite_points(points)
-    groups = _groups(array, voxel, origin)
-    corner, edge = checks.vector(origin, 3, "origin"), _voxel(voxel)
-    offset = np.stack(_cells(array, edge, corner), axis=1).astype(np.float64)
-    offset = (array - corner) - (offset + 0.5) * edge
-    off = np.einsum("ni,ni->n", offset, offset)[groups.order]
-    least = np.minimum.reduceat(off, groups.start)
-    places = np.flatnonzero(off == np.repeat(least, groups.count))
-    first = np.searchsorted(places, groups.start)  # the first place at or after the start of each cube is its own
-    return groups.order[places[first]]
+    return np.sort(np.random.default_rng(seed).choice(len(array), _count(count, len(array)), replace=False))
 
 
-def voxel_cloud(
-    cloud: PointCloud | ArrayLike,
-    voxel: float,
-    origin: ArrayLike = (0.0, 0.0, 0.0),
-    keep: Literal["centroid", "nearest"] = "centroid",
-) -> PointCloud:
-    """Return a cloud of one point a cube, with its colours and normals.
-
-    Parameters
-    ----------
-    cloud : PointCloud, or (N, 3) points in metres, finite.
-    voxel, origin : as in `voxel_cells`.
-    keep : "centroid" takes means of places, colours and normals; "nearest" the measured point nearest to the centre.
-
-    Returns
-    -------
-    PointCloud. A mean normal has length 1, and is NaN where normals cancel.
+def sample_uniform(points: ArrayLike, step: int) -> NDArray[np.intp]:
+    """Return the indices of every `step`-th point: even along the list, which need not be even in space.
 
     Raises
     ------
     ValueError
-        As `voxel_cells`; if `keep` is another word; if labels would have to be averaged.
+        If the step is not a whole number of at least 1.
 
     Examples
     --------
-    >>> voxel_cloud([[0.1, 0, 0], [0.3, 0, 0]], 0.5).points.tolist()
-    [[0.2, 0.0, 0.0]]
+    >>> sample_uniform([[0, 0, 0], [1, 0, 0], [2, 0, 0]], 2).tolist()
+    [0, 2]
     """
-    if keep not in ("centroid", "nearest"):
-        raise ValueError(f"keep: {keep!r} is no way to choose; {checks.nearest_name(keep, ['centroid', 'nearest'])}")
-    cloud = cloud if isinstance(cloud, PointCloud) else PointCloud(cloud)
-    if keep == "nearest":
-        return cloud.select(voxel_nearest(cloud.points, voxel, origin))
-    if cloud.labels is not None:
-        raise ValueError("cloud: labels have no mean; pass keep='nearest', or leave them out.")
-    array = finite_points(cloud.points)
-    groups = _groups(array, voxel, origin)
-    colors = normals = None
-    if cloud.colors is not None:
-        colors = np.rint(_means(cloud.colors.astype(np.float64), groups)).astype(np.uint8)
-    if cloud.normals is not None:
-        normals = _means(cloud.normals.astype(np.float64), groups)
-        length = np.linalg.norm(normals, axis=1, keepdims=True)
-        normals = np.divide(normals, length, out=np.full_like(normals, np.nan), where=length > 1e-12)
-    return PointCloud(_means(array, groups), colors, normals)
+    array = finite_points(points)
+    if isinstance(step, bool) or not isinstance(step, (int, np.integer)) or step < 1:
+        raise ValueError(f"step: expected a whole number of at least 1, got {step!r}.")
+    return np.arange(0, len(array), int(step))
 
 
-def _cells(points: Floats, voxel: float, origin: Floats) -> list[NDArray[np.int64]]:
-    """The cell numbers along each axis; rounded down, as int() would put both sides of the origin into one cell."""
-    cells = []
-    for axis in range(3):
-        cell = points[:, axis] - origin[axis]
-        with np.errstate(over="ignore"):
-            cell /= voxel
-        np.floor(cell, out=cell)
-        if not (cell.min() > -MOST and cell.max() < MOST):
-            raise ValueError(f"voxel: {voxel:g} is too small to count cubes over these coordinates; take a larger one.")
-        cells.append(cell.astype(np.int64))
-    return cells
+def sample_farthest(points: ArrayLike, count: int, start: int = 0) -> NDArray[np.intp]:
+    """Return the indices of `count` points, each the farthest from all before it; O(N · count).
+
+    Parameters
+    ----------
+    points : (N, 3) float, finite.
+    count : how many.
+    start : index of the first.
+
+    Raises
+    ------
+    ValueError
+        If there are not so many points, or no point `start`.
+
+    Examples
+    --------
+    >>> sample_farthest([[0, 0, 0], [1, 0, 0], [2, 0, 0], [5, 0, 0]], 3).tolist()
+    [0, 3, 2]
+    """
+    array = finite_points(points)
+    chosen = np.empty(_count(count, len(array)), dtype=np.intp)
+    if not 0 <= start < len(array):
+        raise ValueError(f"start: there is no point {start}; there are {len(array)}.")
+    nearest = np.full(len(array), np.inf)
+    chosen[0] = start
+    for i in range(1, len(chosen)):
+        np.minimum(nearest, ((array - array[chosen[i - 1]]) ** 2).sum(axis=1), out=nearest)
+        chosen[i] = int(nearest.argmax())
+    return chosen
 
 
-def _groups(points: Floats, voxel: float, origin: ArrayLike) -> _Groups:
-    cells = _cells(points, _voxel(voxel), checks.vector(origin, 3, "origin"))
-    size = len(points)
-    low_bits = max(size - 1, 1).bit_length()
-    key, room = np.zeros(size, dtype=np.int64), 1
-    for cell in cells:
-        low = int(cell.min())
-        width = int(cell.max()) - low + 1
-        if room * width >= 1 << (BITS - low_bits):  # too many cubes for one number: count only those that hold points
-            key, room = _ranked(key)
-        if room * width >= 1 << (BITS - low_bits):
-            cell, width = _ranked(cell)
-            low = 0
-        key *= width
-        key += cell
-        key -= low
-        room *= width
-    if room >= 1 << (BITS - low_bits):
-        key, room = _ranked(key)
-    key <<= low_bits
-    key |= np.arange(size)
-    key.sort()
-    order = (key & ((1 << low_bits) - 1)).astype(np.intp)
-    key >>= low_bits
-    start = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]]))
-    return _Groups(order, start, np.diff(start, append=size))
-
-
-def _ranked(numbers: NDArray[np.int64]) -> tuple[NDArray[np.int64], int]:
-    """The same order with smaller numbers: the rank of each among those that occur, and how many occur."""
-    different, rank = np.unique(numbers, return_inverse=True)
-    return rank.reshape(-1).astype(np.int64), len(different)
-
-
-def _means(values: Floats, groups: _Groups) -> Floats:
-    """The (M, 3) means of the groups' rows, counted from the lowest value, so that large coordinates lose nothing."""
-    means = np.empty((len(groups.start), 3))
-    for axis in range(3):
-        low = values[:, axis].min()
-        sums = np.add.reduceat(values[groups.order, axis] - low, groups.start)
-        means[:, axis] = low + sums / groups.count
-    return means
-
-
-def _voxel(voxel: float) -> float:
-    value = checks.number(voxel, "voxel")
-    if value <= 0:
-        raise ValueError(f"voxel: expected a positive edge in metres, got {value:g}.")
-    return value
+def _count(count: int, most: int) -> int:
+    if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or not 1 <= count <= most:
+        raise ValueError(f"count: expected a whole number from 1 to {most}, got {count!r}.")
+    return int(count)

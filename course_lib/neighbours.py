@@ -156,10 +156,10 @@ class Neighbours:
         asked = finite_points(queries, "queries")
         k, radius = _whole(k, "k"), _positive(radius, "radius")
         if len(asked) < SORT_FROM:
-            distance, index = self._query(asked, k, radius, workers)
+            distance, index = self.places(asked, k, radius, workers)
             return distance, self._names[index]
         order = _morton_order(asked)
-        found, place = self._query(asked[order], k, radius, workers)
+        found, place = self.places(asked[order], k, radius, workers)
         distance, index = np.empty_like(found), np.empty_like(place)
         distance[order], index[order] = found, self._names[place]
         return distance, index
@@ -190,7 +190,7 @@ class Neighbours:
         k, radius = _whole(k, "k"), _positive(radius, "radius")
         for start in range(0, len(self), _whole(block, "block")):
             part = slice(start, start + block)
-            distance, place = self._query(self.sorted[part], k, radius, workers)
+            distance, place = self.places(self.sorted[part], k, radius, workers)
             yield self.order[part], distance, place
 
     def within(self, queries: ArrayLike, radius: float, workers: int = -1) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -219,12 +219,19 @@ class Neighbours:
         flat = np.fromiter((i for each in lists for i in each), dtype=np.intp, count=int(offsets[-1]))
         return offsets, self.order[flat]
 
-    def _query(
-        self, asked: NDArray[np.float64], k: int, radius: float, workers: int
+    def places(
+        self, queries: NDArray[np.float64], k: int = 1, radius: float = np.inf, workers: int = -1
     ) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+        """Answer as `nearest` does, unchecked and unsorted: for queries that follow a curve already.
+
+        Returns
+        -------
+        distance : (M, k) float.
+        place : (M, k) into `sorted`, not into the points as given; len(points) where there are fewer.
+        """
         # SciPy leaves out what lies at exactly the bound; we count it, as a ball does
         bound = np.nextafter(radius, np.inf)
-        return self._tree.query(asked, k=np.arange(1, k + 1), distance_upper_bound=bound, workers=workers)
+        return self._tree.query(queries, k=np.arange(1, k + 1), distance_upper_bound=bound, workers=workers)
 
 
 def spacing(points: ArrayLike) -> float:

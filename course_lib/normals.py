@@ -1,8 +1,7 @@
-"""Normals of a cloud: the direction in which a small piece of surface around each point is thinnest.
+"""Surface normals from the covariance of neighbours, and how they are turned to one side.
 
-The neighbours of a point scatter widely along the surface and hardly across it. Their covariance matrix says so in
-numbers: its eigenvalues are the squared spreads along three perpendicular directions, and the eigenvector of the
-smallest one is the normal. Which of its two signs is meant, no neighbour can tell; a viewpoint can.
+The points around a point spread out along the surface and hardly across it. So the direction in which they spread
+least is the normal: the eigenvector of the smallest eigenvalue of their covariance. A viewpoint decides its sign.
 """
 
 from __future__ import annotations
@@ -15,57 +14,44 @@ from numpy.typing import ArrayLike, NDArray
 from course_lib import checks
 from course_lib.neighbours import Neighbours, finite_points
 
-__all__ = ["LocalShape", "curvature", "estimate_normals", "local_shape", "orient_towards", "smallest_eigenvectors"]
+__all__ = ["Surfels", "estimate_normals", "fit_surfels", "orient_normals"]
 
-BLOCK = 1 << 13  # points at a time: the coordinates of their neighbours stay in the cache
-DEFAULT_K = 30
-THIN = 1e-12  # neighbours whose squared width is less than this share of their squared length lie on a line
-ROUNDING = 16 * np.finfo(float).eps  # of coordinates, as a share of the largest one
-NEARLY_A_LINE = 1 - 1e-6  # from here on the closed form loses digits, and the slower solver takes over
-
-Floats = NDArray[np.float64]
+FLAT = 1e-12  # a second eigenvalue below this share of the largest: the neighbours lie on a line, which has no normal
 
 
-class LocalShape(NamedTuple):
-    """What the neighbourhood of each point looks like.
+class Surfels(NamedTuple):
+    """What the neighbours of each point say of the surface there.
 
-    Parameters
+    Attributes
     ----------
-    normals : (N, 3) unit vectors of either sign; NaN where the neighbours lie on a line, or are fewer than three.
-    eigenvalues : (N, 3) ascending, squared unit of the points: variances along the normal and along the surface.
+    normals : (N, 3) float64, unit length, sign arbitrary; NaN where fewer than 3 neighbours, or neighbours on a line.
+    variation : (N,) λ0 / (λ0 + λ1 + λ2) of the eigenvalues, smallest first: 0 on a plane, at most 1/3. NaN as above.
     """
 
-    normals: Floats
-    eigenvalues: Floats
+    normals: NDArray[np.float64]
+    variation: NDArray[np.float64]
 
 
 def estimate_normals(
-    points: ArrayLike,
-    k: int = DEFAULT_K,
-    viewpoint: ArrayLike | None = None,
-    *,
-    radius: float = np.inf,
-    workers: int = -1,
-) -> Floats:
-    """Return the unit normal at each point: the eigenvector of the smallest eigenvalue of its neighbours' covariance.
+    points: ArrayLike, k: int = 30, radius: float = np.inf, viewpoint: ArrayLike | None = None
+) -> NDArray[np.float64]:
+    """Estimate the normal of the surface at each point.
 
     Parameters
     ----------
-    points : (N, 3) float, metres, finite, N ≥ 3.
-    k : how many nearest points make a neighbourhood, the point itself among them.
-    viewpoint : (3,) where the sensor stood, in the frame of the points, or (N, 3), one a point; normals then point to
-        its side. None leaves their signs to chance.
-    radius : metres; neighbours farther away do not count.
-    workers : threads of the search; -1 for all processors.
+    points : (N, 3) float, finite, N ≥ 3.
+    k : neighbours to look at, the point itself among them.
+    radius : farther neighbours do not count.
+    viewpoint : (3,) from where the points were seen: normals point to its side. None leaves the sign arbitrary.
 
     Returns
     -------
-    (N, 3) float64 of length 1; NaN where there is no normal: fewer than three neighbours, or all on a line.
+    (N, 3) float64 of unit length; NaN where the neighbours are fewer than 3 or lie on a line.
 
     Raises
     ------
     ValueError
-        If the input is of another form, or no point at all has a normal.
+        If there are fewer than 3 points, or no point has a normal.
 
     References
     ----------
@@ -73,211 +59,94 @@ def estimate_normals(
 
     Examples
     --------
-    >>> square = [[0, 0, 2], [1, 0, 2], [0, 1, 2], [1, 1, 2]]
-    >>> (estimate_normals(square, k=4, viewpoint=[0, 0, 0]) + 0.0).tolist()[0]
+    >>> square = [[0, 0, 1], [1, 0, 1], [0, 1, 1], [1, 1, 1.0]]
+    >>> estimate_normals(square, k=4, viewpoint=(0, 0, 0))[0].tolist()
     [0.0, 0.0, -1.0]
     """
     array = finite_points(points)
-    normals = local_shape(array, k, radius=radius, workers=workers).normals
-    return normals if viewpoint is None else orient_towards(normals, array, viewpoint)
-
-
-def curvature(points: ArrayLike, k: int = DEFAULT_K, *, radius: float = np.inf, workers: int = -1) -> Floats:
-    """Return the surface variation at each point: the smallest eigenvalue over the sum of the three.
-
-    It is 0 on a plane, 1/3 where points scatter alike in all directions, and large along edges. It has no unit and
-    depends on the size of the neighbourhood.
-
-    Parameters
-    ----------
-    points, k, radius, workers : as in `estimate_normals`.
-
-    Returns
-    -------
-    (N,) float64 from 0 to 1/3; NaN where there is no normal.
-
-    Raises
-    ------
-    ValueError
-        If the input is of another form, or no point at all has a normal.
-
-    References
-    ----------
-    Pauly, Gross and Kobbelt, Efficient simplification of point-sampled surfaces, IEEE Visualization 2002.
-
-    Examples
-    --------
-    >>> curvature([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], k=6).round(3).tolist()[0]
-    0.333
-    """
-    shape = local_shape(points, k, radius=radius, workers=workers)
-    total = shape.eigenvalues.sum(axis=1)
-    share = np.divide(shape.eigenvalues[:, 0], total, out=np.zeros_like(total), where=total > 0)
-    return np.where(np.isnan(shape.normals[:, 0]), np.nan, share)
-
-
-def orient_towards(normals: ArrayLike, points: ArrayLike, viewpoint: ArrayLike) -> Floats:
-    """Return normals, turned round where they point away from the viewpoint.
-
-    Parameters
-    ----------
-    normals : (N, 3); rows of NaN stay.
-    points : (N, 3) metres.
-    viewpoint : (3,) or (N, 3), metres, in the frame of the points.
-
-    Returns
-    -------
-    (N, 3) float64; n · (viewpoint − p) ≥ 0.
-
-    Raises
-    ------
-    ValueError
-        If shapes differ, or the viewpoint is not finite.
-
-    Examples
-    --------
-    >>> orient_towards([[0, 0, 1.0]], [[0, 0, 2.0]], [0, 0, 0]).tolist()
-    [[-0.0, -0.0, -1.0]]
-    """
-    arrows = checks.cloud_points(normals, "normals").astype(np.float64)
-    places = finite_points(points)
-    if arrows.shape != places.shape:
-        raise ValueError(f"normals: expected one a point, shape {places.shape}, got {arrows.shape}.")
-    eye = checks.numbers(viewpoint, "viewpoint").astype(np.float64)
-    if eye.shape not in ((3,), places.shape) or not np.isfinite(eye).all():
-        raise ValueError(
-            f"viewpoint: expected 3 finite numbers, or one place for each of the {len(places)} points, "
-            f"got an array of shape {eye.shape}."
-        )
-    away = np.einsum("ni,ni->n", arrows, eye - places) < 0
-    return np.where(away[:, None], -arrows, arrows)
-
-
-def local_shape(points: ArrayLike, k: int = DEFAULT_K, *, radius: float = np.inf, workers: int = -1) -> LocalShape:
-    """Return normals and eigenvalues of each point's neighbourhood.
-
-    Parameters
-    ----------
-    points, k, radius, workers : as in `estimate_normals`.
-
-    Returns
-    -------
-    LocalShape.
-
-    Raises
-    ------
-    ValueError
-        If the input is of another form, or no point at all has a normal.
-
-    Examples
-    --------
-    >>> shape = local_shape([[0, 0, 0], [2, 0, 0], [0, 2, 0], [2, 2, 0]], k=4)
-    >>> shape.eigenvalues[0].round(6).tolist()
-    [0.0, 1.0, 1.0]
-    """
-    near = Neighbours(points)
-    size = len(near)
-    if size < 3:
-        raise ValueError(f"points: {size} span no plane; normals need three or more that do not lie on a line.")
-    if isinstance(k, (int, np.integer)) and not isinstance(k, bool) and k < 3:
-        raise ValueError(f"k: {k} neighbours span no plane; take 3 or more, better 10 to 50.")
-    normals, values = np.empty((size, 3)), np.empty((size, 3))
-    columns = [np.ascontiguousarray(near.sorted[:, axis]) for axis in range(3)]
-    smallest = (ROUNDING * max(float(np.abs(near.sorted).max()), np.finfo(float).tiny)) ** 2
-    start = 0
-    for index, _, place in near.self_nearest(min(k, size), radius, workers, BLOCK):
-        own = np.arange(start, start + len(index))
-        start += len(index)
-        six, count = _covariances(columns, own, place, size)
-        vectors, spread = smallest_eigenvectors(six)
-        spread = spread.T
-        lacking = (count < 3) | (spread[:, 1] <= np.maximum(THIN * spread[:, 2], smallest))
-        vectors[lacking] = np.nan
-        normals[index], values[index] = vectors, spread
+    normals = fit_surfels(array, k, radius).normals
     if np.isnan(normals[:, 0]).all():
         raise ValueError(
-            "points: no point has a normal, as its neighbours are fewer than three or lie on a line; "
-            "take a larger radius or more neighbours, or look at the cloud."
+            "points: nowhere do neighbours span a plane (fewer than 3, or on one line); there are no normals."
         )
-    return LocalShape(normals, values)
+    return normals if viewpoint is None else orient_normals(array, normals, viewpoint)
 
 
-def _covariances(
-    columns: list[Floats], own: NDArray[np.intp], place: NDArray[np.intp], size: int
-) -> tuple[Floats, NDArray[np.intp]]:
-    """Covariances (6, B), xx yy zz xy xz yz, of the neighbours at `place` (B, k), and how many there are.
-
-    Coordinates are counted from the point itself: numbers of 1e6 then lose no digits, and a missing neighbour, put at
-    the point itself, adds nothing to any sum.
-    """
-    found = place < size
-    count = np.count_nonzero(found, axis=1)
-    if count.min() < place.shape[1]:
-        place = np.where(found, place, own[:, None])
-    offsets = [np.take(column, place) - column[own, None] for column in columns]
-    mean = [offset.sum(axis=1) / count for offset in offsets]
-    pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-    six = np.empty((6, len(own)))
-    for row, (a, b) in enumerate(pairs):
-        np.einsum("bk,bk->b", offsets[a], offsets[b], out=six[row])
-        six[row] /= count
-        six[row] -= mean[a] * mean[b]
-    return six, count
-
-
-def smallest_eigenvectors(six: ArrayLike) -> tuple[Floats, Floats]:
-    """Return, of symmetric 3x3 matrices, the eigenvector of the smallest eigenvalue, and all eigenvalues.
-
-    The roots of the cubic come from their closed form; the eigenvector is a column of the adjugate of A − λI, which is
-    a multiple of n nᵀ. Where two small eigenvalues nearly meet, LAPACK decides instead.
+def orient_normals(points: ArrayLike, normals: ArrayLike, viewpoint: ArrayLike) -> NDArray[np.float64]:
+    """Turn each normal to the side from which its point was seen.
 
     Parameters
     ----------
-    six : (6, B) xx, yy, zz, xy, xz, yz of each matrix, positive semi-definite.
+    points : (N, 3) float.
+    normals : (N, 3) float.
+    viewpoint : (3,), in the frame of the points; (0, 0, 0) for a camera's own cloud.
 
     Returns
     -------
-    vectors : (B, 3) of length 1, sign arbitrary.
-    values : (3, B) ascending, none below 0; two large ones that are equal come apart by a few 1e-9 of their size.
+    (N, 3) float64.
 
-    References
-    ----------
-    Smith, Eigenvalues of a symmetric 3x3 matrix, CACM 4(4), 1961. Kopp, Efficient numerical diagonalization of
-    Hermitian 3x3 matrices, Int. J. Mod. Phys. C 19, 2008.
+    Raises
+    ------
+    ValueError
+        If the shapes differ.
 
     Examples
     --------
-    >>> vectors, values = smallest_eigenvectors([[4.0], [1.0], [9.0], [0.0], [0.0], [0.0]])
-    >>> np.abs(vectors).round(12).tolist(), values[:, 0].round(12).tolist()
-    ([[0.0, 1.0, 0.0]], [1.0, 4.0, 9.0])
+    >>> orient_normals([[0, 0, 2.0]], [[0, 0, 1.0]], (0, 0, 0)).tolist()
+    [[0.0, 0.0, -1.0]]
     """
-    xx, yy, zz, xy, xz, yz = np.asarray(six, dtype=np.float64)
-    third = (xx + yy + zz) / 3
-    a, b, c = xx - third, yy - third, zz - third
-    off = xy * xy + xz * xz + yz * yz
-    p = np.sqrt((a * a + b * b + c * c + 2 * off) / 6)
-    half_det = (a * (b * c - yz * yz) - xy * (xy * c - yz * xz) + xz * (xy * yz - b * xz)) / 2
-    with np.errstate(divide="ignore", invalid="ignore"):
-        r = np.clip(half_det / (p * p * p), -1, 1)
-    angle = np.arccos(r) / 3
-    low = third + 2 * p * np.cos(angle + 2 * np.pi / 3)
-    high = third + 2 * p * np.cos(angle)
+    array = finite_points(points)
+    turned = checks.last_axis(normals, 3, "normals").astype(np.float64)
+    if turned.shape != array.shape:
+        raise ValueError(f"normals: expected one a point, shape {array.shape}, got {turned.shape}.")
+    away = np.einsum("ij,ij->i", turned, array - checks.vector(viewpoint, 3, "viewpoint")) > 0
+    turned[away] *= -1
+    return turned + 0.0  # no minus zero
 
-    a, b, c = xx - low, yy - low, zz - low
-    cx, cy, cz = b * c - yz * yz, a * c - xz * xz, a * b - xy * xy
-    cxy, cxz, cyz = xz * yz - xy * c, xy * yz - xz * b, xy * xz - a * yz
-    x_first, y_first = (cx >= cy) & (cx >= cz), cy >= cz
-    vectors = np.empty((len(xx), 3))
-    vectors[:, 0] = np.where(x_first, cx, np.where(y_first, cxy, cxz))
-    vectors[:, 1] = np.where(x_first, cxy, np.where(y_first, cy, cyz))
-    vectors[:, 2] = np.where(x_first, cxz, np.where(y_first, cyz, cz))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        vectors /= np.sqrt(np.einsum("bi,bi->b", vectors, vectors))[:, None]
-    values = np.stack([low, 3 * third - low - high, high])
 
-    hard = np.flatnonzero(~(r < NEARLY_A_LINE) | ~np.isfinite(vectors[:, 0]))
-    if hard.size:
-        matrices = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=-1)[hard].reshape(-1, 3, 3)
-        w, v = np.linalg.eigh(matrices)
-        vectors[hard], values[:, hard] = v[:, :, 0], w.T
-    return vectors, np.maximum(values, 0)
+def fit_surfels(points: ArrayLike, k: int = 30, radius: float = np.inf) -> Surfels:
+    """Fit a small plane to the neighbours of each point.
+
+    Parameters
+    ----------
+    points, k, radius : as in `estimate_normals`.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than 3 points, or k < 3.
+    """
+    near = Neighbours(points)
+    if len(near) < 3:
+        raise ValueError(f"points: a plane needs 3 of them, there are {len(near)}.")
+    if isinstance(k, bool) or not isinstance(k, (int, np.integer)) or k < 3:
+        raise ValueError(f"k: a plane needs at least 3 neighbours, got {k!r}.")
+    normals, variation = np.empty((len(near), 3)), np.empty(len(near))
+    for index, distance, place in near.self_nearest(min(int(k), len(near)), radius):
+        normals[index], variation[index] = _planes(near.sorted, distance, place)
+    return Surfels(normals, variation)
+
+
+def _planes(
+    points: NDArray[np.float64], distance: NDArray[np.float64], place: NDArray[np.intp]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Normals and variations of a block: the eigenvectors of its covariances."""
+    there = np.isfinite(distance)
+    complete = bool(there.all())
+    found = place if complete else np.where(there, place, place[:, :1])
+    count = np.full(len(place), place.shape[1]) if complete else there.sum(axis=1)
+    own = points[place[:, 0]]
+    # coordinates about each point itself, so that the digits of far-away clouds are not lost; missing ones are zero
+    x, y, z = ((points[:, axis].take(found) - own[:, axis, None]) for axis in range(3))
+    share = 1.0 / count
+    mean = [each.sum(axis=1) * share for each in (x, y, z)]
+    matrices = np.empty((len(place), 3, 3))
+    for i, j, a, b in ((0, 0, x, x), (0, 1, x, y), (0, 2, x, z), (1, 1, y, y), (1, 2, y, z), (2, 2, z, z)):
+        matrices[:, i, j] = matrices[:, j, i] = np.einsum("nk,nk->n", a, b) * share - mean[i] * mean[j]
+    values, vectors = np.linalg.eigh(matrices)
+    normals = np.ascontiguousarray(vectors[:, :, 0])
+    total = values.sum(axis=1)
+    line = (count < 3) | (values[:, 1] <= FLAT * values[:, 2]) | (total <= 0)
+    variation = np.maximum(values[:, 0], 0) / np.where(line, 1, total)
+    normals[line], variation[line] = np.nan, np.nan
+    return normals, variation

@@ -160,8 +160,10 @@ def paths(checked: Checked) -> list[str]:
         texts = [cell.source, *(_texts(cell) if cell.cell_type == "code" else ())]
         for text in texts:
             match = _PATH.search(text)
-            place = text[match.start() : match.start() + 40].split()[0] if match else next(
-                (place for place in own if place in text), None
+            place = (
+                text[match.start() : match.start() + 40].split()[0]
+                if match
+                else next((place for place in own if place in text), None)
             )
             if place:
                 found.append(checked.at(n, f"an absolute path: {place}"))

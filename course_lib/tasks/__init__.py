@@ -72,6 +72,7 @@ import pkgutil
 from course_lib.tasks.core import Case, Misconception, Task, Verdict, fresh, public_seed
 from course_lib.tasks.judging import Result, judge_all
 from course_lib.tasks.plain import from_wire, plain, to_wire
+from course_lib.tasks.private import private_tasks
 from course_lib.tasks.running import Outcome, run, run_all
 
 __all__ = [
@@ -102,7 +103,7 @@ def labs() -> tuple[str, ...]:
 
 
 def lab(number: str) -> tuple[Task, ...]:
-    """The tasks of a lab, in order.
+    """The tasks of a lab, in order; an instructor's own tasks after the course's (see `private`).
 
     Raises
     ------
@@ -111,7 +112,7 @@ def lab(number: str) -> tuple[Task, ...]:
     """
     if number not in labs():
         raise ValueError(f"there is no lab {number!r}; there are {', '.join(labs())}.")
-    tasks = importlib.import_module(f"{__name__}.lab_{number}").TASKS
+    tasks = importlib.import_module(f"{__name__}.lab_{number}").TASKS + private_tasks(number)
     if [task.id for task in tasks] != [f"{number}-{count}" for count in range(1, len(tasks) + 1)]:
         raise ValueError(f"lab_{number}.py: its tasks must be numbered {number}-1, {number}-2, … in order.")
     return tasks

@@ -22,6 +22,7 @@ from filelock import FileLock, Timeout
 from course_lib.classroom.tree import CourseError
 
 from .intake import Submission
+from .private import use_kept
 from .records import Record
 from .schema import SCHEMA, VERSION
 
@@ -102,6 +103,7 @@ class Ledger:
         except CourseError:
             self._lock.release()
             raise
+        use_kept(self.path.parent)
         return self
 
     def _open(self) -> None:

@@ -16,15 +16,16 @@ import tomllib
 import zipfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
 
 import nbformat
 
 from course_lib import tasks
 from course_lib.classroom import notebooks as nbs
 from course_lib.classroom.tree import CourseError, Tree
+from course_lib.tasks.private import LISTED, private_tasks
 
 from .hiding import hidden_sources, needed
+from .private import listing, with_private_cells
 from .released import ReleasedLab, released_lab
 
 __all__ = ["MANIFEST", "release"]
@@ -52,15 +53,16 @@ kernel, run all cells, save, and give your instructor this one file: {files}. Ke
 """
 
 
-def release(labs: Sequence[str], out: Path, tree: Tree, hints: int = 3, private: Any = None) -> Path:
+def release(labs: Sequence[str], out: Path, tree: Tree, hints: int = 3) -> Path:
     """Write the release of some labs as a folder and as a zip beside it.
+
+    An instructor's own tasks (see `private`) are there by their cells and names only.
 
     Parameters
     ----------
     labs : numbers, such as "03".
     out : a folder that does not exist, is empty, or holds an earlier release, which is replaced.
     hints : how many hints of each task stay.
-    private : an instructor's own tasks (see `private`), whose cells are put in before the last section.
 
     Returns
     -------
@@ -78,7 +80,7 @@ def release(labs: Sequence[str], out: Path, tree: Tree, hints: int = 3, private:
     with tempfile.TemporaryDirectory(prefix=f".{out.name}-", dir=out.parent) as name:
         folder = Path(name) / "release"
         folder.mkdir()
-        kept = _write(folder, released, tree, hints, private)
+        kept = _write(folder, released, tree, hints)
         _write_manifest(folder, released, tree, kept, hints)
         archive = Path(name) / "release.zip"
         _zip(folder, archive, out.name)
@@ -88,16 +90,14 @@ def release(labs: Sequence[str], out: Path, tree: Tree, hints: int = 3, private:
         return archive.rename(out.with_name(out.name + ".zip"))
 
 
-def _write(folder: Path, released: Sequence[ReleasedLab], tree: Tree, hints: int, private: Any) -> list[str]:
+def _write(folder: Path, released: Sequence[ReleasedLab], tree: Tree, hints: int) -> list[str]:
     """Write everything but the manifest; the hidden names that the course needs for itself."""
     numbers = [lab.number for lab in released]
     for name in TOP:
         shutil.copyfile(tree.root / name, folder / name)
     (folder / "exercises").mkdir()
     for lab in released:
-        nb = nbs.read_notebook(tree.exercises_folder / f"{lab.name}.ipynb")
-        if private is not None and private.lab == lab.number:
-            nb = private.add_to(nb)
+        nb = with_private_cells(lab.number, nbs.read_notebook(tree.exercises_folder / f"{lab.name}.ipynb"))
         nbs.write_notebook(folder / "exercises" / f"{lab.name}.ipynb", fewer_hints(nb, hints))
     files = library_files(numbers, tree.root)
     hides = sorted({name for number in numbers for task in tasks.lab(number) for name in task.hides})
@@ -111,6 +111,8 @@ def _write(folder: Path, released: Sequence[ReleasedLab], tree: Tree, hints: int
             place.write_text(changed[path], encoding="utf-8")
         else:
             shutil.copyfile(path, place)
+    if any(private_tasks(number) for number in numbers):
+        (folder / LISTED.relative_to(LISTED.parents[2])).write_text(listing(numbers), encoding="utf-8")
     title = "Labs of the course on 3D reconstruction"
     names = ", ".join(f"`my_work/labs/{lab.name}.ipynb`" for lab in released)
     text = README.format(title=title, labs=", ".join(lab.name for lab in released), files=names)

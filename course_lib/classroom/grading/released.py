@@ -12,6 +12,8 @@ from course_lib import tasks
 from course_lib.classroom import notebooks as nbs
 from course_lib.classroom.tree import CourseError, course_tree
 
+from .private import with_private_cells
+
 __all__ = ["ReleasedLab", "Slot", "lab_of_cells", "released_lab"]
 
 
@@ -79,9 +81,10 @@ def released_lab(number: str, root: Path | None = None) -> ReleasedLab:
 
 @lru_cache(maxsize=64)
 def _read(path: Path, wanted: tuple[tasks.Task, ...], _changed: int) -> ReleasedLab:
+    """A lab with its tasks; an instructor's own among them bring cells of their own."""
     cells, given, stubs = {}, [], {}
     number = 0
-    for cell in nbs.read_notebook(path).cells:
+    for cell in with_private_cells(path.stem[:2], nbs.read_notebook(path)).cells:
         if cell.cell_type == "markdown":
             heading = nbs.task_heading(cell.source)
             number = heading.number if heading else number

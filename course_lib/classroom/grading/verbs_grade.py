@@ -23,6 +23,7 @@ from .limits import Limits, read_limits
 from .one import grader_version, held_by, unreadable_record
 from .policy import read_extensions, read_policy
 from .pool import good_workers, grade_jobs
+from .private import keep_private, use_kept
 from .records import Record
 from .released import released_lab
 from .roster import read_roster
@@ -52,6 +53,7 @@ class Settings:
     extensions: Path | None = None
     late_policy: Path | None = None
     limits: Limits | None = None
+    private_tasks: Path | None = None
 
 
 @click.command("grade")
@@ -69,6 +71,13 @@ class Settings:
     "--extensions", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="CSV: student,lab,due."
 )
 @click.option("--late-policy", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="TOML.")
+@click.option(
+    "--private-tasks",
+    "private_tasks",
+    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    metavar="FOLDER",
+    help="Your own tasks, as given to release.",
+)
 @click.option("--limits", "limits", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="TOML.")
 @click.option("--out", "out", required=True, type=click.Path(file_okay=False, path_type=Path), metavar="FOLDER")
 def grade(workers: int | None, dask: str | None, trust: bool, limits: Path | None, **told: Any) -> None:
@@ -121,9 +130,13 @@ def grade_folder(settings: Settings, engine: Engine, console: Console) -> int:
         If a file that was named cannot be used, or another grader works on the same ledger.
     """
     roster = read_roster(settings.roster) if settings.roster else None
+    settings.out.mkdir(parents=True, exist_ok=True)
+    if settings.private_tasks is not None:
+        keep_private(settings.private_tasks, settings.out)
+    else:
+        use_kept(settings.out)
     if settings.lab is not None:
         released_lab(settings.lab)
-    settings.out.mkdir(parents=True, exist_ok=True)
     with Ledger(settings.out / "ledger.sqlite") as ledger:
         _keep_settings(ledger, settings, roster)
         found = read_class(

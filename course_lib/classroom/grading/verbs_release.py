@@ -16,8 +16,15 @@ __all__ = ["release", "viva"]
 @click.argument("labs", nargs=-1, metavar="LAB…")
 @click.option("--out", required=True, type=click.Path(file_okay=False, path_type=Path), metavar="FOLDER")
 @click.option("--hints", type=click.IntRange(0, 3), default=3, show_default=True, help="Hints of each task that stay.")
+@click.option(
+    "--private-tasks",
+    "private",
+    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    metavar="FOLDER",
+    help="Your own tasks: lab_NN.py and lab_NN_cells.py.",
+)
 @click.option("--worked-class", is_flag=True, help="Instead, write a class of twelve made-up students who handed in.")
-def release(labs: tuple[str, ...], out: Path, hints: int, worked_class: bool) -> None:
+def release(labs: tuple[str, ...], out: Path, hints: int, private: Path | None, worked_class: bool) -> None:
     """Make what students get of some labs: a folder, a zip beside it, and a manifest.
 
     LAB is a number (03) or a name (03_depth_to_points). With --worked-class: submissions of lab 03, a roster,
@@ -30,7 +37,11 @@ def release(labs: tuple[str, ...], out: Path, hints: int, worked_class: bool) ->
 
         click.echo(f"A class of twelve is in {write_class(out)}; its roster, extensions and late policy are beside it.")
         return
+    from .private import use_private
     from .release import release as write
+
+    if private is not None:
+        use_private(private)
 
     numbers = [name[:2] if name[:2].isdigit() else name.zfill(2) for name in labs]
     for name, number in zip(labs, numbers, strict=True):

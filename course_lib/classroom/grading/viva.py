@@ -34,8 +34,8 @@ def questions(grades: Path, student: str, lab: str, number: int | None, seed: in
     answers : also what should come out.
     """
     lab = find_lab(lab)
-    wanted = find_task(lab, str(number)).id if number is not None else None
     with Ledger(grades / "ledger.sqlite", write=False) as ledger:
+        wanted = find_task(lab, str(number)).id if number is not None else None
         one = find_standing(ledger, student, lab)
     asked = 0
     for item in one.tasks:

@@ -1,0 +1,376 @@
+"""Registration: the rigid motion that brings one cloud onto another, by iterated closest points.
+
+`T_target_source` maps source to target coordinates. One step pairs each source point with the nearest target
+point and moves the source so that the pairs come together: exactly, for the distance from point to point; linearised,
+for the distance from a point to the plane through its partner. Steps are repeated until nothing moves.
+
+References
+----------
+Besl and McKay, A method for registration of 3-D shapes, PAMI 14(2), 1992; Chen and Medioni, Object modelling by
+registration of multiple range images, Image and Vision Computing 10(3), 1992; Rusinkiewicz and Levoy, Efficient
+variants of the ICP algorithm, 3DIM 2001.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from course_lib import checks, rotations, transforms
+from course_lib.neighbours import Neighbours, finite_points, morton_order
+
+__all__ = ["IcpResult", "IcpStep", "fit_rigid", "fit_rigid_to_planes", "icp"]
+
+KERNELS = ("none", "huber", "tukey")
+TUKEY, HUBER = 4.685, 1.345  # in standard deviations: 95 % of the efficiency of least squares on Gaussian noise
+SAMPLE = 2000  # points that tell how far a step moved
+RANK = 1e-9  # directions whose squared singular value is this share of the largest are not decided by the pairs
+
+
+@dataclass(frozen=True)
+class IcpStep:
+    """One step: what was paired before it, and how far it moved."""
+
+    radius: float  # pairs farther apart did not count, metres
+    pairs: int
+    rmse: float  # of the distances of the pairs, metres
+    rotation: float  # of the step, radians
+    translation: float  # of the step, metres
+
+
+@dataclass(frozen=True, eq=False)
+class IcpResult:
+    """What came of a registration.
+
+    Attributes
+    ----------
+    T_target_source : (4, 4) float64.
+    fitness : share of *source* points that have a target point within the last radius. It says nothing of correctness.
+    rmse : root mean square distance of these pairs, metres, point to point whatever was minimised.
+    steps : one entry a step.
+    converged : whether the last step moved less than asked; False if the steps ran out.
+    """
+
+    T_target_source: NDArray[np.float64]
+    fitness: float
+    rmse: float
+    steps: tuple[IcpStep, ...]
+    converged: bool
+
+
+def fit_rigid(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None) -> NDArray[np.float64]:
+    """Return the rigid motion of least squared distances between pairs of points.
+
+    Parameters
+    ----------
+    source, target : (N, 3) float, finite; row i of one belongs to row i of the other.
+    weights : (N,) non-negative, or None for all alike.
+
+    Returns
+    -------
+    (4, 4) T_target_source, a rotation and a translation; never a reflection.
+
+    Raises
+    ------
+    ValueError
+        If the shapes differ, or there are fewer than 3 pairs, or they lie on a line, about which the turn is not known.
+
+    References
+    ----------
+    Arun, Huang and Blostein, Least-squares fitting of two 3-D point sets, PAMI 9(5), 1987; the guard against
+    reflections: Umeyama, PAMI 13(4), 1991.
+
+    Examples
+    --------
+    >>> T = fit_rigid([[1, 0, 0], [0, 1, 0], [0, 0, 0]], [[0, 1, 5], [-1, 0, 5], [0, 0, 5]])
+    >>> (np.round(T, 9)[:3] + 0).tolist()
+    [[0.0, -1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 5.0]]
+    """
+    p, q, w = _pairs(source, target, weights)
+    if len(p) < 3:
+        raise ValueError(f"source: a rigid motion needs 3 pairs of points, there are {len(p)}.")
+    T = _fit_rigid(p, q, w)
+    if T is None:
+        raise ValueError("source: the points lie on a line (or are all equal), and any turn about it fits as well.")
+    return T
+
+
+def _fit_rigid(
+    p: NDArray[np.float64], q: NDArray[np.float64], w: NDArray[np.float64] | None
+) -> NDArray[np.float64] | None:
+    """The motion from p to q; None where the pairs leave a turn open."""
+    # about one of the points, so that sums of products keep their digits
+    start_p, start_q = p[0].copy(), q[0].copy()
+    p, q = p - start_p, q - start_q
+    w = np.ones(len(p)) if w is None else w
+    total, weighted = w.sum(), q.T * w
+    mean_p, mean_q = w @ p / total, weighted.sum(axis=1) / total
+    cross = weighted @ p - total * np.outer(mean_q, mean_p)
+    mean_p, mean_q = mean_p + start_p, mean_q + start_q
+    U, s, Vt = np.linalg.svd(cross)
+    if s[1] <= RANK * s[0] or s[0] == 0:
+        return None
+    guard = np.diag([1.0, 1.0, np.sign(np.linalg.det(U) * np.linalg.det(Vt))])
+    T = np.eye(4)
+    T[:3, :3] = U @ guard @ Vt
+    T[:3, 3] = mean_q - T[:3, :3] @ mean_p
+    return T
+
+
+def fit_rigid_to_planes(
+    source: ArrayLike, target: ArrayLike, normals: ArrayLike, weights: ArrayLike | None = None
+) -> NDArray[np.float64]:
+    """Return the rigid motion that brings points closer to the planes through their partners; one linearised step.
+
+    Parameters
+    ----------
+    source, target : (N, 3) float, finite; row i of one belongs to row i of the other.
+    normals : (N, 3) unit normals at the target points.
+    weights : (N,) non-negative, or None.
+
+    Returns
+    -------
+    (4, 4) T_target_source. Directions that no plane decides (sliding along one plane) stay as they are.
+
+    Raises
+    ------
+    ValueError
+        If the shapes differ or there are fewer than 6 pairs.
+
+    References
+    ----------
+    Low, Linear least-squares optimization for point-to-plane ICP surface registration, UNC TR04-004, 2004.
+    """
+    p, q, w = _pairs(source, target, weights)
+    n = checks.last_axis(normals, 3, "normals").astype(np.float64)
+    if n.shape != q.shape:
+        raise ValueError(f"normals: expected one a target point, shape {q.shape}, got {n.shape}.")
+    if len(p) < 6:
+        raise ValueError(f"source: a step to planes has 6 unknowns and needs 6 pairs, there are {len(p)}.")
+    return _fit_planes(p, q, n, w)
+
+
+def _fit_planes(
+    p: NDArray[np.float64], q: NDArray[np.float64], n: NDArray[np.float64], w: NDArray[np.float64] | None
+) -> NDArray[np.float64]:
+    # about the middle of the points and in their size, so that turns and shifts are numbers of one kind
+    middle = np.ones(len(p)) @ p / len(p)
+    x, y, z = (p - middle).T
+    size = float(np.sqrt((x @ x + y @ y + z @ z) / len(p))) or 1.0
+    i, j, k = np.ascontiguousarray(n.T)
+    rows = np.empty((6, len(p)))
+    rows[0], rows[1], rows[2] = y * k - z * j, z * i - x * k, x * j - y * i
+    rows[:3] /= size
+    rows[3], rows[4], rows[5] = i, j, k
+    off = np.einsum("ij,ij->i", q - p, n)
+    weighted = rows if w is None else rows * w
+    values, vectors = np.linalg.eigh(weighted @ rows.T)
+    kept = values > RANK * values[-1]
+    step = vectors[:, kept] @ ((vectors[:, kept].T @ (weighted @ off)) / values[kept])
+    T = np.eye(4)
+    T[:3, :3] = rotations.exp(np.concatenate([np.zeros(3), step[:3] / size]))[:3, :3]
+    T[:3, 3] = middle + step[3:] - T[:3, :3] @ middle
+    return T
+
+
+def icp(
+    source: ArrayLike,
+    target: ArrayLike,
+    radius: float | Sequence[float],
+    normals: ArrayLike | None = None,
+    initial: ArrayLike | None = None,
+    steps: int = 50,
+    tolerance: float = 1e-7,
+    keep: float = 1.0,
+    kernel: str = "none",
+) -> IcpResult:
+    """Register a source cloud to a target cloud.
+
+    Parameters
+    ----------
+    source, target : (N, 3), (M, 3) float, metres, finite.
+    radius : pairs farther apart do not count, metres. Several: each in turn, from coarse to fine, the last one last.
+    normals : (M, 3) unit normals of the target: then distances are measured to planes, else to points. A target point
+        whose normal is NaN is not used.
+    initial : (4, 4) T_target_source to begin with; None for the identity.
+    steps : at most so many for each radius.
+    tolerance : done when a step turns by less than this (radians) and shifts by less than this (metres); 0 for never.
+    keep : share of the pairs that count, the nearest ones (trimming), in (0, 1].
+    kernel : "none"; or weights for the distances, "huber" or "tukey", scaled by 1.4826 times their median.
+
+    Returns
+    -------
+    IcpResult
+
+    Raises
+    ------
+    ValueError
+        If an argument is of another form; if no pairs, or too few, lie within the radius.
+
+    Examples
+    --------
+    >>> grid = np.stack(np.meshgrid(range(5), range(5), [0, 1]), axis=-1).reshape(-1, 3) * 1.0
+    >>> result = icp(grid + [0.1, 0, 0], grid, radius=0.5)
+    >>> (np.round(result.T_target_source[:3, 3], 6) + 0).tolist(), result.fitness
+    ([-0.1, 0.0, 0.0], 1.0)
+    """
+    p, n = finite_points(source, "source"), None
+    q = finite_points(target, "target")
+    if normals is not None:
+        n = checks.last_axis(normals, 3, "normals").astype(np.float64)
+        if n.shape != q.shape:
+            raise ValueError(f"normals: expected one a target point, shape {q.shape}, got {n.shape}.")
+        used = np.isfinite(n).all(axis=1)
+        if not used.any():
+            raise ValueError("normals: all of them are NaN; estimate them, or leave them out for distances to points.")
+        q, n = q[used], n[used]
+    if not 0 < keep <= 1:
+        raise ValueError(f"keep: expected a share of the pairs in (0, 1], got {keep!r}.")
+    if kernel not in KERNELS:
+        raise ValueError(f"kernel: {kernel!r} is unknown; {checks.nearest_name(kernel, KERNELS)}")
+    if isinstance(steps, bool) or not isinstance(steps, (int, np.integer)) or steps < 1:
+        raise ValueError(f"steps: expected a whole number of at least 1, got {steps!r}.")
+    T = np.eye(4) if initial is None else checks.check_rigid(initial, "initial")
+    radii = [checks.number(each, "radius") for each in np.atleast_1d(np.asarray(radius, dtype=object))]
+    if not radii or min(radii) <= 0:
+        raise ValueError("radius: expected a positive distance in metres, or several.")
+    middle = np.eye(4)  # all is done about the middle of the target, so that no digits are lost far from the origin
+    middle[:3, 3] = np.ones(len(q)) @ q / len(q)
+    T = transforms.compose(transforms.invert(middle), T, middle)
+    partners = _Partners(q - middle[:3, 3], n, p[morton_order(p)] - middle[:3, 3])
+    done: list[IcpStep] = []
+    still = False
+    for reach in radii:
+        for _ in range(int(steps)):
+            step, entry = _step(partners, T, reach, keep, kernel)
+            T = step @ T
+            done.append(entry)
+            still = max(entry.rotation, entry.translation) < tolerance
+            if still:
+                break
+    distance = partners.find(T, radii[-1])
+    inside = distance <= radii[-1]
+    rmse = float(np.sqrt(np.mean(distance[inside] ** 2))) if inside.any() else float("nan")
+    T = transforms.compose(middle, T, transforms.invert(middle))
+    return IcpResult(T, float(inside.mean()), rmse, tuple(done), still)
+
+
+class _Partners:
+    """The nearest target point of each source point, asked for again only where it may have changed.
+
+    A query can also tell the distance d2 of the second nearest. While a point has moved by less than (d2 − d1) / 2
+    since, no other target point can have come nearer than its partner; so late steps, which move little, ask for few.
+    Early ones move nearly every point farther than that, and do not ask for the second.
+
+    Attributes
+    ----------
+    moved : (N, 3) where the source lies.
+    points, normals : (N, 3) its partners and their normals; of no meaning where there is none.
+    """
+
+    def __init__(
+        self, target: NDArray[np.float64], normals: NDArray[np.float64] | None, source: NDArray[np.float64]
+    ) -> None:
+        self.near = Neighbours(target)
+        self.moved = self._source = source
+        self.points = np.zeros_like(source)
+        self.normals = None if normals is None else np.zeros_like(source)
+        self._sorted_normals = None if normals is None else normals[self.near.order]
+        self._asked = np.full_like(source, np.inf)  # where each point lay when it was asked for
+        self._none = np.zeros(len(source), dtype=bool)  # that have no partner within twice the radius
+        self._slack = np.full(len(source), -1.0)  # how far it may move before it has to be asked for again
+        self._usual_slack = np.inf
+        self._radius = 0.0
+
+    def find(self, T: NDArray[np.float64], radius: float) -> NDArray[np.float64]:
+        """Move the source by T, see to its partners, and return the distance (N,) to each; inf where there is none."""
+        before, self.moved = self.moved, self._source @ T[:3, :3].T + T[:3, 3]
+        if radius > self._radius:
+            self._slack[:] = -1.0
+            self._radius = radius
+        stale = np.flatnonzero(~(_lengths(self.moved - self._asked) < self._slack))
+        if len(stale):
+            first = not np.isfinite(self._usual_slack)
+            some = slice(None, None, max(1, len(self.moved) // SAMPLE))
+            small = first or np.median(_lengths(self.moved[some] - before[some])) < self._usual_slack
+            self._ask(stale if len(stale) < len(self.moved) else slice(None), 2 if small else 1)
+            if first:
+                self._usual_slack = float(np.median(self._slack))
+        distance = _lengths(self.moved - self.points)
+        distance[self._none] = np.inf
+        return distance
+
+    def _ask(self, which: NDArray[np.intp] | slice, k: int) -> None:
+        asked, beyond = self.moved[which], 2 * self._radius
+        distance, place = self.near.places(asked, min(k, len(self.near)), beyond)
+        none = place[:, 0] == len(self.near)
+        # a point without a partner within 2 radius has none within 1 radius either while it moves by less than 1
+        slack = -1.0 if k == 1 else (np.minimum(distance[:, -1], beyond) - distance[:, 0]) / 2
+        if len(self.near) == 1:
+            slack = (beyond - distance[:, 0]) / 2
+        self._slack[which] = np.where(none, self._radius, slack)
+        self._asked[which], self._none[which] = asked, none
+        found = np.where(none, 0, place[:, 0])
+        self.points[which] = self.near.sorted[found]
+        if self.normals is not None:
+            self.normals[which] = self._sorted_normals[found]
+
+
+def _lengths(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
+
+
+def _step(
+    partners: _Partners, T: NDArray[np.float64], radius: float, keep: float, kernel: str
+) -> tuple[NDArray[np.float64], IcpStep]:
+    """Pair, reject, weigh, fit: one step from where the source lies now."""
+    distance = partners.find(T, radius)
+    found = np.flatnonzero(distance <= radius)
+    if keep < 1 and len(found):
+        found = found[np.argsort(distance[found], kind="stable")[: max(1, round(keep * len(found)))]]
+    least = 3 if partners.normals is None else 6
+    if len(found) < least:
+        raise ValueError(
+            f"radius: {len(found)} source points have a target point within {radius:g} m, and a step needs {least}; "
+            "begin nearer, or with a larger radius."
+        )
+    which = found if len(found) < len(distance) else slice(None)
+    p, q, distance = partners.moved[which], partners.points[which], distance[which]
+    if partners.normals is None:
+        step = _fit_rigid(p, q, _weights(distance, kernel))
+        if step is None:
+            raise ValueError("source: its paired points lie on a line, and any turn about it fits as well.")
+    else:
+        n = partners.normals[which]
+        weights = _weights(np.abs(np.einsum("ij,ij->i", q - p, n)), kernel) if kernel != "none" else None
+        step = _fit_planes(p, q, n, weights)
+    angle = float(np.arccos(np.clip((np.trace(step[:3, :3]) - 1) / 2, -1, 1)))
+    middle = np.ones(len(p)) @ p / len(p)
+    shift = float(np.linalg.norm(step[:3, :3] @ middle + step[:3, 3] - middle))
+    return step, IcpStep(radius, len(found), float(np.sqrt(distance @ distance / len(found))), angle, shift)
+
+
+def _weights(residual: NDArray[np.float64], kernel: str) -> NDArray[np.float64] | None:
+    """Weights of iteratively reweighted least squares; None where all count alike."""
+    scale = 1.4826 * float(np.median(residual))
+    if kernel == "none" or scale == 0:
+        return None
+    ratio = residual / scale
+    if kernel == "huber":
+        return np.minimum(1.0, HUBER / np.maximum(ratio, 1e-12))
+    return np.where(ratio < TUKEY, (1 - (ratio / TUKEY) ** 2) ** 2, 0.0)
+
+
+def _pairs(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None) -> tuple:
+    p, q = finite_points(source, "source"), finite_points(target, "target")
+    if p.shape != q.shape:
+        raise ValueError(f"target: expected as many points as in the source, {len(p)}, got {len(q)}.")
+    if weights is None:
+        return p, q, None
+    w = checks.vector(weights, len(p), "weights")
+    if (w < 0).any() or w.sum() <= 0:
+        raise ValueError("weights: expected numbers of at least 0, not all of them 0.")
+    return p, q, w
