@@ -256,7 +256,7 @@ def sample_farthest(points: ArrayLike, count: int, start: int = 0) -> NDArray[np
         np.minimum(nearest, ((array - array[chosen[i - 1]]) ** 2).sum(axis=1), out=nearest)
         chosen[i] = int(nearest.argmax())
         if nearest[chosen[i]] == 0:
-            raise ValueError(f"points: they lie in {i} different places, so {len(chosen)} cannot be chosen; ask for fewer.")
+            raise ValueError(f"points: they lie in {i} different places, {len(chosen)} were asked for; ask for fewer.")
     return chosen
 
 
