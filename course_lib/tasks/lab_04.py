@@ -109,19 +109,21 @@ def _normal(neighbours: np.ndarray, viewpoint: np.ndarray) -> np.ndarray:
 
 
 def _normal_cases(rng: np.random.Generator) -> list[Case]:
-    """A slanted patch seen from both of its sides, and one that looks away from the origin of the frame."""
+    """Slanted patches, each seen from both of its sides.
+
+    A viewpoint halfway to the patch is on one side of it and one beyond the patch on the other; both are on the same
+    side of the plane through the origin. So a sign that is taken from the viewpoint alone is wrong in one of two.
+    """
     cases = []
-    for name, centre, slant, distances in (
-        ("a slanted wall", [0.3, 0.2, 1.5], [0.5, 0.3, -1.0], (1.2, -0.4)),
-        ("a table top in the world", [1.0, 2.0, 0.7], [0.2, 0.15, 1.0], (0.5, 3.0, -2.5)),
+    for name, centre, slant in (
+        ("a slanted wall", [0.3, 0.2, 1.5], [0.5, 0.4, -0.9]),
+        ("a table top in the world", [1.0, 2.0, 0.7], [0.2, 0.15, 1.0]),
     ):
-        normal = np.array(slant) + rng.uniform(-0.1, 0.1, 3)
-        normal /= np.linalg.norm(normal)
+        normal = np.array(slant) + rng.uniform(-0.05, 0.05, 3)
         neighbours = _patch(rng, np.array(centre), normal)
-        for distance in distances:
-            viewpoint = np.array(centre) + distance * normal + rng.uniform(-0.05, 0.05, 3)
+        for factor, side in ((0.5, "one side"), (1.6, "the other side")):
+            viewpoint = factor * np.array(centre) + rng.uniform(-0.03, 0.03, 3)
             given = {"neighbours": neighbours, "viewpoint": viewpoint}
-            side = "one side" if distance > 0 else "the other side"
             cases.append(Case(given, {"truth": _normal(neighbours, viewpoint)}, f"{name}, seen from {side}"))
     return cases
 
@@ -133,7 +135,7 @@ def _judge_normal(case: Case, answer: Plain) -> Verdict:
         return refuse(problem, _ANGLE_TOLERANCE, "deg")
     normal = np.asarray(answer, dtype=float)
     length = float(np.linalg.norm(normal))
-    if not math.isfinite(length) or abs(length - 1) > 1e-3:
+    if not math.isfinite(length) or abs(length - 1) > 1e-2:
         return refuse(f"The normal has the length {length:.3g}; a normal has length 1.", _ANGLE_TOLERANCE, "deg")
     angle = math.degrees(math.atan2(float(np.linalg.norm(np.cross(normal, truth))), float(normal @ truth)))
     return measured(angle, _ANGLE_TOLERANCE, "deg", "the normal", "")

@@ -5,8 +5,6 @@ Each source is the plain solution with one thing wrong, built from parts, so tha
 
 from __future__ import annotations
 
-from itertools import combinations
-
 from course_lib.tasks.core import Misconception
 
 
@@ -109,11 +107,11 @@ GRID_MISTAKES = (
 
 _GIVEN = {
     "centring": ("neighbours", "neighbours - neighbours.mean(axis=0)",
-                 "points counted from the camera and not from their own mean: subtract the mean first"),
+                 "points counted from the zero of the frame: subtract their mean first"),
     "row": ("vectors[0]", "vectors[:, 0]",
-            "a row of the matrix of eigenvectors: they stand in its columns, the one of the smallest eigenvalue first"),
+            "a row of the matrix of eigenvectors, which stand in its columns: take column 0"),
     "sign": ("viewpoint", "(viewpoint - neighbours.mean(axis=0))",
-             "the sign compared with the viewpoint's own coordinates: compare with the arrow from the surface to it"),
+             "the sign taken from the viewpoint alone: compare with the arrow from the mean to it"),
 }
 
 
@@ -132,11 +130,12 @@ def _wrong_normal(left: tuple[str, ...] = (), column: str = "", sign: str = "< 0
 NORMAL_MISTAKES = tuple(
     Misconception(
         " and ".join(left) + " left in",
-        "; and ".join(_GIVEN[key][2] for key in left)[:240],
+        "; and ".join(_GIVEN[key][2] for key in left),
         _wrong_normal(left),
     )
-    for count in (1, 2)
-    for left in combinations(_GIVEN, count)
+    # Without centring, the smallest eigenvector stands at a right angle on the mean itself, and both signs agree: the
+    # sign that is left in as well shows after centring.
+    for left in (("centring",), ("row",), ("sign",), ("centring", "row"), ("row", "sign"))
 ) + (
     Misconception(
         "nothing mended",

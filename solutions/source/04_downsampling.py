@@ -46,13 +46,13 @@ import numpy as np
 # %% tags=["expected", "hide-input"]
 x = np.array([-0.9, -0.3, -0.1, 0.2, 0.4, 0.6, 0.9])
 fig, axis = plt.subplots(figsize=(7, 1.8), layout="constrained")
-axis.vlines(np.arange(-2, 3) / 2, -0.5, 0.6, color="black", lw=1)
+axis.vlines(np.arange(-2, 3) / 2, -0.5, 0.6, color="0.75", lw=1.5)
 axis.plot(x, 0 * x, "o", color=show.COLOURS["target"])
 for start in (-2, -1, 0, 1):
     axis.text(start / 2 + 0.25, 0.35, f"number {start}".replace("-", "\N{MINUS SIGN}"), ha="center", fontsize=10)
 axis.set(xlabel="x (m), voxel 0.5, origin 0", yticks=[], ylim=(-0.5, 0.6), title="Expected")
-picture(fig, alt="Seven points on a line. Those from -1 to -0.5 have number -2, up to 0 number -1, up to 0.5 number 0, "
-                 "up to 1 number 1.")
+numbers = ", ".join(f"{one:g} has number {np.floor(one / 0.5):g}" for one in x)
+picture(fig, alt=f"{len(x)} points on a line, cut every half metre: {numbers}.")
 
 
 # %% tags=["task"]
@@ -90,14 +90,14 @@ cube = np.floor(flat / 0.5)
 means = np.array([flat[(cube == one).all(axis=1)].mean(axis=0) for one in np.unique(cube, axis=0)])
 fig, axis = plt.subplots(figsize=(4.2, 4.2), layout="constrained")
 for line in np.arange(-2, 3) / 2:
-    axis.axhline(line, color="black", lw=0.7)
-    axis.axvline(line, color="black", lw=0.7)
+    axis.axhline(line, color="0.75", lw=1)
+    axis.axvline(line, color="0.75", lw=1)
 axis.plot(*flat.T, ".", color=show.COLOURS["reference"], label="given")
 axis.plot(*means.T, "o", color=show.COLOURS["target"], label="kept")
 axis.set(aspect="equal", xlabel="x (m)", ylabel="y (m)", title="Expected, seen from above")
 axis.legend(loc="upper right", fontsize=9)
-picture(fig, alt="Points in a square of four by four cubes seen from above, and one kept point in each cube, not in its middle "
-                 "but at the mean of the points in it.")
+picture(fig, alt=f"{len(flat)} points in a square of four by four cubes seen from above, and {len(means)} kept points, one in each "
+                 "cube, not in its middle but at the mean of the points in it.")
 
 
 # %% tags=["task"]
@@ -239,7 +239,7 @@ for axis, (letter, points) in zip(axes.ravel(), clouds.items(), strict=True):
     axis.plot(*points.T, "o", ms=6, color=show.COLOURS["target" if letter == "right" else "outlier"], label="kept")
     axis.set(title=letter, aspect="equal", xticks=np.arange(-5, 6) / 5, yticks=np.arange(-2, 3) / 5)
     axis.tick_params(labelsize=8, labelrotation=0)
-    axis.grid(color="black", lw=0.5)
+    axis.grid(color="0.75", lw=0.8)
     axis.set_axisbelow(True)
     axis.set_xticklabels([f"{x:g}" if i % 5 == 0 else "" for i, x in enumerate(np.arange(-5, 6) / 5)])
 axes[0, 0].legend(loc="upper right", fontsize=8)
