@@ -110,7 +110,7 @@ def render_labelled(
 
 
 def render_paint(scene: Scene, camera: PinholeCamera, T_world_camera: np.ndarray) -> np.ndarray:
-    """The paint (H, W, 3) uint8 of what each pixel's centre sees, without light or blur; black where it sees no picture.
+    """The paint (H, W, 3) uint8 of what each pixel's centre sees, without light or blur; black where no picture is.
 
     This is the truth about what is printed on a surface, however dark or bright the light makes it.
     """

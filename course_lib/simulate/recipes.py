@@ -190,9 +190,9 @@ def _lettered_box(seed: int, progress: Progress) -> RecipeOutput:
     scene, camera = desk(seed), preset("d455_depth_848x480")
     eyes = ((-0.33, -0.44, 1.03), (-0.12, -0.42, 1.06), (-0.50, -0.36, 1.08))
     poses = [look_at(eye, (-0.30, 0.12, 0.81)) for eye in eyes]
-    sides = [surface for surface in scene.surfaces if surface.name == "box"]
-    ends = np.concatenate([side.shape.points[:: side.shape.points.shape[0] - 1][:, [0, -1]].reshape(-1, 3) for side in sides])
     box = scene.label("box")
+    sides = [surface.shape.points for surface in scene.surfaces if surface.name == "box"]
+    ends = np.concatenate([side[[0, 0, -1, -1], [0, -1, 0, -1]] for side in sides])
     out = _shots(
         seed, scene, camera, poses, progress, "A black box with white text on a desk",
         desk_plane=np.array([0.0, 0.0, 1.0, -DESK_TOP]),
@@ -210,6 +210,6 @@ RECIPES: dict[str, Recipe] = {
         Recipe("bunny_like", 7, 1, "A closed, lop-eared animal of about 36,000 vertices, 0.15 m long.", _bunny_like),
         Recipe("living_room", 7, 1, "Thirty hand-held D455-like frames around a table in a room.", _living_room),
         Recipe("desk_pair", 7, 1, "Two D455-like close-ups of a desk, the motion between them exact.", _desk_pair),
-        Recipe("lettered_box", 7, 1, "Three close-ups of a black box with white text, every point of it known.", _lettered_box),
+        Recipe("lettered_box", 7, 1, "Three close-ups of a black box with white text, all of it known.", _lettered_box),
     )
 }

@@ -79,7 +79,7 @@ def _by_singular_values(points: np.ndarray) -> np.ndarray:
 def _board_case(rng: np.random.Generator, tilt: float, size: tuple[float, float], middle: tuple[float, float, float],
                 noise: float, name: str) -> Case:
     flat = np.column_stack([rng.uniform(-0.5, 0.5, (120, 2)) * size, np.zeros(120)])
-    flat[:3, :2] = np.array([[-0.08, 0.03], [0.09, 0.05], [0.01, -0.07]]) * size  # three near the middle: all their noise
+    flat[:3, :2] = np.array([[-0.08, 0.03], [0.09, 0.05], [0.01, -0.07]]) * size  # three close together
     noisy = flat @ _turned(rng, tilt, np.array([1.0, 0.4, 0.0])).T + rng.normal(0, noise, flat.shape)
     return _fit_case(noisy + np.asarray(middle) + rng.uniform(-0.05, 0.05, 3), name)
 
@@ -173,12 +173,12 @@ def _height_cases(rng: np.random.Generator, load: Callable[[str], Any]) -> list[
 
 # --------------------------------------------------------------------------------------------------------------- 5 open
 
-_FIND_BANDS = ((0.004, 1.0), (0.008, 0.75), (0.015, 0.5), (0.05, 0.25))  # metres, at the rim of the plane
+_FIND_BANDS = ((0.002, 1.0), (0.005, 0.75), (0.015, 0.5), (0.05, 0.25))  # metres, at the rim of the plane
 _THRESHOLD, _NOISE = 0.015, 0.005
 
 
 def _cluttered(rng: np.random.Generator) -> Case:
-    """A plane, 1.6 x 1.2 m, that three points in ten belong to; a smaller one above it, and things between and above."""
+    """A plane, 1.6 x 1.2 m, that three points in ten belong to; a smaller one above it, and things in between."""
     R, at = _turned(rng, float(rng.uniform(30, 45)), np.array([1.0, 0.3, 0.0])), np.array([0.2, 0.1, 2.0])
     own = np.column_stack([rng.uniform((-0.8, -0.6), (0.8, 0.6), (600, 2)), rng.normal(0, _NOISE, 600)])
     shelf = np.column_stack([rng.uniform((0.1, -0.5), (0.8, 0.5), (250, 2)), 0.25 + rng.normal(0, _NOISE, 250)])
@@ -187,7 +187,8 @@ def _cluttered(rng: np.random.Generator) -> Case:
     around = np.radians(np.arange(0, 360, 15))
     rim = np.column_stack([0.8 * np.cos(around), 0.8 * np.sin(around), np.zeros(len(around))]) @ R.T + at
     truth = np.append(R[:, 2], -R[:, 2] @ at)
-    return Case({"points": points, "threshold": _THRESHOLD}, {"truth": truth, "around": rim}, "a plane among other things")
+    given = {"points": points, "threshold": _THRESHOLD}
+    return Case(given, {"truth": truth, "around": rim}, "a plane among other things")
 
 
 def _judge_find(case: Case, answer: Plain) -> Verdict:
@@ -266,8 +267,8 @@ TASKS = (
             "0: agrees that more inliers are better, or blames the random samples or the seed.",
             "1: says that with the larger threshold points of the posters count as the wall's and tilt or shift it; or "
             "names what exposes it.",
-            "2: both: points of something else were let in, so the plane leans or lies between; and the residuals expose "
-            "it: their RMS is several times the noise, or their histogram fills the band or has two humps.",
+            "2: both: points of something else were let in, so the plane leans or lies between; and the residuals "
+            "expose it: their RMS is several times the noise, or their histogram fills the band or has two humps.",
         ),
         where="lesson 06, Break it (more inliers, worse plane)",
     ),

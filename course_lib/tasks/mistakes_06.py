@@ -125,7 +125,7 @@ _GIVEN_MISTAKES = {
                "a distance not divided by the length of the normal: this plane's normal is not of length 1"),
     "offset": ("- d", "+ d", "d subtracted: the plane is n · x + d = 0, so d is added"),
     "side": ("np.abs(height)", "height * np.sign(d)",
-             "heights without a sign, so that what lies below the floor stands on it: the camera, at the origin, is above"),
+             "heights without a sign, so what lies below the floor stands on it: the camera, at the origin, is above"),
 }
 
 
@@ -238,7 +238,7 @@ FIND_MISTAKES = (
     ),
     Misconception(
         "far from the middle thrown away",
-        "points far from the middle of all thrown away before a fit: the plane's own points lie far out, too; vote instead",
+        "points far from the middle of all thrown away before a fit: the plane's own lie far out, too; vote instead",
         "def find_plane(points, threshold):\n"
         "    far = np.linalg.norm(points - np.median(points, axis=0), axis=1)\n"
         "    points = points[far <= np.median(far)]\n" + _FIT,

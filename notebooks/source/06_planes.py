@@ -289,7 +289,7 @@ for _ in range(3):
 
 rows, paint = [], np.full((len(some), 3), 205, np.uint8)
 upright = {"rug": [0, 0, 1], "table": [0, 0, 1], "wall": [0, 1, 0]}
-for ((normal, d), index), colour in zip(found, [(0, 114, 178), (230, 159, 0), (0, 158, 115)], strict=True):
+for ((normal, _), index), colour in zip(found, [(0, 114, 178), (230, 159, 0), (0, 158, 115)], strict=True):
     seen = names[label[::10][index]]
     most = max(set(seen), key=list(seen).count)
     rows.append([most, len(index), 100 * float(np.isin(seen, {"rug": ["rug", "floor"], "wall": ["wall", "poster"]}.get(most, [most])).mean()),
@@ -493,23 +493,24 @@ picture(fig, alt=f"Three histograms of distances. At {rows[0][0]:g} mm the inlie
 #
 # ## On real data
 #
-# PCL tests its plane fit on a real cloud, `sac_plane_test`, with a threshold of 30 mm. The test says what the three ratios n / d should be, to within 0.1: a
-# *reference*. For the third ratio after refining, the test is switched off, with the comment "not sure why yet". Do you see why?
+# PCL tests its plane fit on a real cloud, `sac_plane_test`, with a threshold of 30 mm. The test says what the ratios n / d should be, to within 0.1: a
+# *reference*. But for the third ratio after refining, it was switched off: it failed on some systems, "not sure why yet". Random numbers differ between
+# systems. So we try twenty seeds.
 
 # %% tags=["real-data"]
 # real data: pcl_tests
 scan = data.load("pcl_tests").clouds["sac_plane_test"].points.astype(float)
-reference = [-0.8964, -0.5868, -1.208]
-rows = [["PCL's test", "", *reference]]
+rows = [["PCL's test, reference", "", -0.8964, -0.5868, -1.208, -1.208]]
 for threshold in (0.03, 0.02, 0.01):
-    plane, inliers = planes.find_plane(scan, threshold)
-    rows.append([f"ours, threshold {1000 * threshold:g} mm", int(inliers.sum()), *map(float, plane.normal / plane.offset)])
-rows.append(["all points, no RANSAC", len(scan), *map(float, planes.fit_plane(scan).normal / planes.fit_plane(scan).offset)])
-report_table(rows, columns=["fit", "inliers", "n_x / d", "n_y / d", "n_z / d"])
+    tried = [planes.find_plane(scan, threshold, seed=seed) for seed in range(20)]
+    ratios = np.array([plane.normal / plane.offset for plane, _ in tried])
+    rows.append([f"ours, threshold {1000 * threshold:g} mm", int(np.median([inliers.sum() for _, inliers in tried])),
+                 *map(float, np.median(ratios[:, :2], axis=0)), float(ratios[:, 2].min()), float(ratios[:, 2].max())])
+report_table(rows, columns=["fit", "inliers", "n_x / d", "n_y / d", "n_z / d, lowest", "highest"])
 
 # %% [markdown]
-# It is the failure that you have just seen. At 30 mm the inliers include points of something beside the plane; least squares follows them. At 10 mm the
-# third ratio is where the test wanted it. And now a RealSense camera, on a floor, before a box with a label, on which the print is dark and its ground white: the same rule, turned round. It
+# It is the failure that you have just seen. At 30 mm the inliers include points of something beside the plane, how many depends on the seed, and
+# least squares follows them: some seeds miss by more than the test allows. At 10 mm all seeds agree, with each other and with the reference. And now a RealSense camera, on a floor, before a box with a label, on which the print is dark and its ground white: the same rule, turned round. It
 # knows no world frame; but it was held level, so *up* is about −y.
 
 # %% tags=["real-data"]

@@ -269,7 +269,7 @@ check("06-4", causes)
 # - returns: (4,) float, `[n_x, n_y, n_z, d]`, n of length 1, either sign
 #
 # You are scored by how far your plane is from the true one at its rim, as the median over five clouds: under 50 mm earns 1 point,
-# under 15 mm 2, under 8 mm 3, under 4 mm all 4. Seed your random numbers, so that the same cloud gives the same plane.
+# under 15 mm 2, under 5 mm 3, under 2 mm all 4. Seed your random numbers, so that the same cloud gives the same plane.
 #
 # <details><summary>Hint 1: idea</summary>Find out who belongs by a vote; then let all of these decide where the plane is.</details>
 # <details><summary>Hint 2: formula</summary>With 0.3 for w, how many tries does task 1 give? A plane through three noisy points leans: fit to its inliers,
@@ -305,8 +305,8 @@ check("06-5", find_plane)
 # %% [markdown]
 # ## Task 6 — explain the better fit (2 points, marked by hand)
 #
-# A colleague looks for a wall on which posters hang. With a threshold of 4 mm RANSAC finds 78,000 inliers, with 8 mm 126,000. "So 8 mm is the better
-# fit", they say. In at most 60 words: why may it be the worse one, and what would you look at to find out?
+# A colleague looks for a wall on which posters hang. They double the threshold, from 4 to 8 mm, and RANSAC finds half as many inliers again. "So 8 mm is
+# the better fit", they say. In at most 60 words: why may it be the worse one, and what would you look at to find out?
 #
 # <details><summary>Hint 1: idea</summary>Whose points are the new inliers?</details>
 # <details><summary>Hint 2: formula</summary>"Break it" in lesson 06 has both halves of the answer.</details>
