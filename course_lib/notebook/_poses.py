@@ -88,6 +88,20 @@ def read_log(path: Path) -> np.ndarray:
     return np.stack([_nearest_rigid(T, path) for T in matrices.reshape(-1, 4, 4)])
 
 
+def read_matrix(path: Path) -> np.ndarray:
+    """Read one rigid 4x4 matrix of four lines of four numbers; what its digits round off is put right.
+
+    Raises
+    ------
+    Refusal
+        If it is not such a matrix.
+    """
+    rows = _rows(path, 4, "a 4x4 matrix")
+    if rows.shape != (4, 4):
+        raise Refusal(f"{shown(path)} has {len(rows)} lines of numbers, a 4x4 matrix has four.")
+    return _nearest_rigid(rows, path)
+
+
 def read_bun_conf(path: Path) -> dict[str, np.ndarray]:
     """Read the poses of Stanford's scans: lines of bmesh NAME tx ty tz qi qj qk qr.
 
@@ -109,25 +123,6 @@ def read_bun_conf(path: Path) -> dict[str, np.ndarray]:
             T[:3, 3] = numbers[:3]
             poses[Path(words[1]).stem] = T
     return poses
-
-
-def read_matrix(path: Path) -> np.ndarray:
-    """Read one (4, 4) transform, four rows of four numbers, made exactly rigid; metres.
-
-    Raises
-    ------
-    Refusal
-        If it is not four rows of four numbers, or far from rigid.
-    """
-    T = _rows(path, 4, "four rows of four numbers")
-    if T.shape != (4, 4):
-        raise Refusal(f"{shown(path)} has {len(T)} rows: a transform has four.")
-    U, _, Vt = np.linalg.svd(T[:3, :3])
-    exact = np.eye(4)
-    exact[:3, :3], exact[:3, 3] = U @ Vt, T[:3, 3]
-    if np.abs(exact - T).max() > RIGID_AFTER_TEXT or np.linalg.det(exact) < 0:
-        raise Refusal(f"{shown(path)} does not hold a rigid transform.")
-    return exact
 
 
 def _unit(q: np.ndarray, path: Path) -> np.ndarray:
