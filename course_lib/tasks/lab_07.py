@@ -161,7 +161,7 @@ def _judge_step(case: Case, answer: Plain) -> Verdict:
 
 # ------------------------------------------------------------------------------------------------------------ 5 open
 
-_BANDS = ((0.004, 1.0), (0.008, 0.75), (0.015, 0.5), (0.04, 0.25))  # metres, mean over the source's surface
+_BANDS = ((0.007, 1.0), (0.011, 0.75), (0.018, 0.5), (0.04, 0.25))  # metres, mean over the source's surface
 
 
 def _open_case(rng: np.random.Generator) -> Case:

@@ -102,7 +102,7 @@ _GIVEN_MISTAKES = {
     "fitness": (
         "near[keep].size / max(keep.sum(), 1)",
         "keep.sum() / len(source)",
-        "a fitness that divides by the pairs and is always 1: divide by the number of source points",
+        "a fitness that divides by the pairs: divide by the number of source points",
     ),
 }
 

@@ -42,7 +42,7 @@ def start_at(degrees, metres, axis=(0, 0, 1)):
 
 source = transforms.apply(start_at(40, 0.06), surface)
 show.panels({"before": [(source, "source"), (target, "target")], "after": [(surface, "source"), (target, "target")]},
-            view="iso", alt="Two copies of a clay animal. Before, the blue one is turned and stands beside the orange one; "
+            view="iso", alt="Two copies of a clay animal. Before, the source is turned and stands beside the target; "
                             "after, they are one animal.")
 
 # %% [markdown]
@@ -172,7 +172,7 @@ report("points off by, before", off_mm(np.eye(4)), "mm")
 report("after 40 steps", off_mm(T_points), "mm", 2)
 show.panels({f"step {n}": [(transforms.apply(history[n][0], source), "source"), (target, "target")]
              for n in (0, 2, 5, 10, 20)}, view="top", columns=5,
-            alt="Five steps from above: the blue animal slides over the orange one, fast at first, then turns into place slowly.")
+            alt="Five steps from above: the source slides over the target, fast at first, then turns into place slowly.")
 
 # %% [markdown]
 # Our forty steps and Open3D's agree. Now draw two curves: what ICP minimises, the **residual**, which is the distance to the *paired* points; and what you
@@ -461,9 +461,15 @@ report("worst of 20 starts, rotation", max(end.degrees for end in ends), "degree
 
 # %% tags=["real-data"]
 # real data: lidar_pair
-show.panels({"as scanned": [(outdoor, "source"), (street, "target")],
-             "registered": [(transforms.apply(T, outdoor), "source"), (street, "target")]}, view="top", frame="world", zoom=1.6,
-            alt="A street with buildings from above, twice. As scanned, walls are double lines; registered, they are single.")
+def corner_of(points):
+    """The points about one corner of a building, where both scans see two walls."""
+    return points[(points[:, 0] < -3) & (points[:, 1] < -18)]
+
+
+show.panels({"as scanned": [(corner_of(outdoor), "source"), (corner_of(street), "target")],
+             "registered": [(corner_of(transforms.apply(T, outdoor)), "source"), (corner_of(street), "target")]},
+            view="top", frame="world",
+            alt="The corner of a building from above, twice. As scanned, its walls are double lines; registered, single.")
 
 # %% [markdown]
 # One fixed radius ends centimetres away, or never gets off. None ends at millimetres, since at the reference the residual is no smaller: this pair

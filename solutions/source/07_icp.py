@@ -43,7 +43,7 @@ def turn(axis, degrees):
 # ## Task 1 — put the steps together (1 point)
 #
 # ICP moves the source a little, then a little more. Each step is a 4x4 matrix for the cloud *as it lies then*. What is the
-# one matrix that does all of it? One line is missing.
+# one matrix that does all of it? A loop and one line.
 #
 # - `steps`: (K, 4, 4) float, the first step first
 # - returns: (4, 4), the whole motion
@@ -63,13 +63,13 @@ report_table([["x", *np.round((quarter @ ahead)[:, 3], 6)[:1].tolist()], ["y", *
 # %% tags=["task"]
 def accumulate(steps):
     """(4, 4) motion of all steps together, the first one first."""
+    # BEGIN SOLUTION
     T = np.eye(4)
     for step in steps:
-        # BEGIN SOLUTION
         # the newest step acts on what the earlier ones have moved
         T = step @ T
-        # END SOLUTION
     return T
+    # END SOLUTION
 
 
 # %% tags=["check"]
@@ -93,7 +93,7 @@ check("07-1", accumulate)
 # %% tags=["expected", "hide-input"]
 shifted = animal @ turn([1, 2, 3], 40).T + [0.12, 0.02, 0]
 show((animal, "source"), (shifted, "target"), view="iso",
-     title="Expected: the source (blue) ends on the target (orange)",
+     title="Expected: the source ends on the target",
      alt="Two copies of an animal, one turned and beside the other.")
 
 
@@ -133,6 +133,8 @@ check("07-2", best_rigid)
 # <details><summary>Hint 1: idea</summary>Where does the source lie when you look for partners? Which of two motions comes first? And what is
 # the fitness a share of?</details>
 # <details><summary>Hint 2: formula</summary>Distances from <code>moved</code>; step · T; kept pairs / source points.</details>
+# <details><summary>Hint 3: call</summary>Look at the line of <code>distances</code> and at the two values of the
+# <code>return</code>; <code>keep.sum() / len(source)</code>.</details>
 
 # %% tags=["expected", "hide-input"]
 near = cKDTree(animal)
@@ -284,7 +286,7 @@ check("07-4", causes)
 # - returns: (4, 4) `T_target_source`
 #
 # You are scored by how far the points of the source's surface end from their true places, in the mean, as the median over five
-# pairs of scans: under 40 mm earns 1 point, under 15 mm 2, under 8 mm 3, under 4 mm all 4.
+# pairs of scans: under 40 mm earns 1 point, under 18 mm 2, under 11 mm 3, under 7 mm all 4.
 #
 # <details><summary>Hint 1: idea</summary>At first true partners are far away, later only wrong ones are. What should the radius do?</details>
 # <details><summary>Hint 2: formula</summary>To planes: rows (p × n, n), right-hand side n · (q − p), solved for a small turn and a shift.</details>
