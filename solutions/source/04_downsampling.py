@@ -165,7 +165,7 @@ for name, arrow, what in (("expected", true_normal, "target"), ("given", given, 
     axis.plot([], [], color=show.COLOURS[what], label=name)
 axis.plot([0], [0], "^", color=show.COLOURS["truth"], ms=9, label="camera")
 axis.set(aspect="equal", xlim=(-0.5, 0.9), ylim=(-0.1, 1.7), xlabel="x (m)", ylabel="z (m)")
-axis.legend(loc="lower right", fontsize=9)
+axis.legend(loc="upper right", fontsize=8)
 angle = np.degrees(np.arccos(np.clip(given @ true_normal, -1, 1)))
 picture(fig, alt=f"A tilted board before a camera, from above. The expected arrow stands at a right angle on it and points to the "
                  f"camera's side; the given one is {angle:.0f} degrees off.")
@@ -233,7 +233,7 @@ makers = [
 ]
 order = np.random.default_rng(1).permutation(5)
 clouds = {"right": right, **{letter: makers[i]() for letter, i in zip("ABCDE", order, strict=True)}}
-fig, axes = plt.subplots(2, 3, figsize=(9, 5.4), sharex=True, sharey=True, layout="constrained")
+fig, axes = plt.subplots(2, 3, figsize=(9, 4.0), sharex=True, sharey=True, layout="constrained")
 for axis, (letter, points) in zip(axes.ravel(), clouds.items(), strict=True):
     axis.plot(*scene.T, ".", ms=3, color=show.COLOURS["reference"], label="measured")
     axis.plot(*points.T, "o", ms=6, color=show.COLOURS["target" if letter == "right" else "outlier"], label="kept")
@@ -242,7 +242,7 @@ for axis, (letter, points) in zip(axes.ravel(), clouds.items(), strict=True):
     axis.grid(color="0.75", lw=0.8)
     axis.set_axisbelow(True)
     axis.set_xticklabels([f"{x:g}" if i % 5 == 0 else "" for i, x in enumerate(np.arange(-5, 6) / 5)])
-axes[0, 0].legend(loc="upper right", fontsize=8)
+axes[0, 0].legend(loc="center right", fontsize=7)
 for axis in axes[1]:
     axis.set_xlabel("x (m)")
 for axis in axes[:, 0]:
