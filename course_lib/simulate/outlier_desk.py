@@ -29,9 +29,9 @@ GLASS = "glass"
 TOP = 0.74  # metres: the height of the desk
 ROD, CABLE = 0.006, 0.005  # metres: radii
 NEAR_SURFACE = 4.0  # standard deviations of the depth noise: what lies nearer to a surface is a point of it
-WRONG_SHARE = 0.004  # of the pixels start a wrong match
+WRONG_SHARE = 0.006  # of the pixels start a wrong match
 SPECKLE_SHARE = 0.3  # of these are two pixels wide and high
-MIRROR_SHARE = 0.35  # of the glass shows its mirror image
+MIRROR_SHARE = 0.33  # of the glass shows its mirror image
 FARTHEST, NEAREST = 5.0, 0.45  # metres: between these a wrong match falls
 
 
@@ -65,14 +65,14 @@ def add_thin_things(desk: Scene, rng: np.random.Generator) -> Scene:
     cream = textures.plain(rng, (40, 120), (238, 214, 160), 0.05)
     end = np.array([rng.uniform(0.22, 0.32), rng.uniform(-0.10, 0.02), TOP + CABLE])
     start = np.array([end[0] + rng.uniform(0.02, 0.10), end[1] + rng.uniform(0.10, 0.2), TOP + 0.62])
-    tablet = (rng.uniform(-0.42, -0.34), rng.uniform(-0.02, 0.06), TOP)
+    tablet = (rng.uniform(-0.40, -0.34), rng.uniform(-0.055, -0.025), TOP)
     things = [
         furniture.round_thing("lamp", base, lamp, metal),
         _tube("lamp rod", np.linspace(lamp + (0, 0, 0.012), lamp + (0, 0, tall + 0.02), 12), ROD, metal),
         furniture.round_thing("lamp", shade, lamp, cream),
         furniture.round_thing("lamp", [(r - 0.003, z) for r, z in shade[::-1]], lamp, cream),
         _tube("cable", _hanging(start, end), CABLE, textures.plain(rng, (8, 200), (40, 44, 52), 0.05)),
-        *_tablet(rng, tablet, rng.uniform(8, 24), rng.uniform(10, 16)),
+        *_tablet(rng, tablet, rng.uniform(4, 16), rng.uniform(9, 13)),
     ]
     return Scene([*desk.surfaces, *things], desk.lights, desk.ambient, desk.views)
 
@@ -104,9 +104,9 @@ def _tablet(rng: np.random.Generator, at: tuple[float, float, float], yaw: float
     turn = np.eye(4)
     turn[1:3, 1:3] = [[np.cos(tilt), -np.sin(tilt)], [np.sin(tilt), np.cos(tilt)]]
     dark = furniture.painted((36, 38, 44))
-    body = furniture.block(rng, "tablet", (0.25, 0.18, 0.008), (0, 0, 0.03), paint=dark, T=T @ turn)
-    foot = furniture.block(rng, "tablet", (0.06, 0.02, 0.03), (0, 0.05, 0), paint=dark, T=T)
-    face = shapes.rectangle((-0.117, 0.082, 0.0385), (0.234, 0, 0), (0, -0.164, 0)).moved(T @ turn)
+    body = furniture.block(rng, "tablet", (0.22, 0.15, 0.008), (0, 0, 0.03), paint=dark, T=T @ turn)
+    foot = furniture.block(rng, "tablet", (0.06, 0.02, 0.03), (0, 0.04, 0), paint=dark, T=T)
+    face = shapes.rectangle((-0.102, 0.067, 0.0385), (0.204, 0, 0), (0, -0.134, 0)).moved(T @ turn)
     return [*body, *foot, Surface(GLASS, face, textures.plain(rng, (40, 60), (24, 28, 40), 0.06))]
 
 
