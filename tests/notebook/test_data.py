@@ -11,7 +11,11 @@ from course_lib.notebook._errors import DataMissing, NotHere, Refusal
 from course_lib.notebook._folder import from_folder
 from course_lib.simulate.recipes import RECIPES
 
+<<<<<<< HEAD
 SYNTHETIC = ["bunny_like", "living_room", "desk_pair", "lettered_box"]
+=======
+SYNTHETIC = ["bunny_like", "living_room", "desk_pair", "desk_outliers"]
+>>>>>>> l05
 REAL = [
     "stanford_bunny",
     "tum_pair",
