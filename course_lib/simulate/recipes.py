@@ -30,15 +30,9 @@ from dataclasses import asdict, dataclass, field
 import numpy as np
 
 from course_lib.cameras import PinholeCamera, preset
-<<<<<<< HEAD
-from course_lib.simulate import d455, shapes
+from course_lib.simulate import d455, outlier_desk, shapes
 from course_lib.simulate.camera import render_labelled, render_paint
 from course_lib.simulate.scenes import DESK_TOP, TABLE, Scene, check_seed, desk, living_room
-=======
-from course_lib.simulate import d455, outlier_desk, shapes
-from course_lib.simulate.camera import render_labelled
-from course_lib.simulate.scenes import TABLE, Scene, check_seed, desk, living_room
->>>>>>> l05
 from course_lib.simulate.trajectories import handheld, path_length
 from course_lib.transforms import compose, invert, look_at
 
@@ -192,7 +186,6 @@ def _desk_pair(seed: int, progress: Progress) -> RecipeOutput:
     return _shots(seed, scene, camera, poses, progress, "Two views of a desk", T_first_second=T_first_second)
 
 
-<<<<<<< HEAD
 def _lettered_box(seed: int, progress: Progress) -> RecipeOutput:
     scene, camera = desk(seed), preset("d455_depth_848x480")
     eyes = ((-0.33, -0.44, 1.03), (-0.12, -0.42, 1.06), (-0.50, -0.36, 1.08))
@@ -209,7 +202,8 @@ def _lettered_box(seed: int, progress: Progress) -> RecipeOutput:
     seen = [frame["labels"] == box for frame in out.frames]
     out.truth["ink"] = np.stack([w & s for w, s in zip(white, seen, strict=True)])
     return out
-=======
+
+
 OUTLIER_DESKS = 6
 
 
@@ -245,7 +239,6 @@ def _desk_outliers(seed: int, progress: Progress) -> RecipeOutput:
             "units": "metres",
         },
     )
->>>>>>> l05
 
 
 RECIPES: dict[str, Recipe] = {

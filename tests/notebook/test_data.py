@@ -11,11 +11,7 @@ from course_lib.notebook._errors import DataMissing, NotHere, Refusal
 from course_lib.notebook._folder import from_folder
 from course_lib.simulate.recipes import RECIPES
 
-<<<<<<< HEAD
-SYNTHETIC = ["bunny_like", "living_room", "desk_pair", "lettered_box"]
-=======
-SYNTHETIC = ["bunny_like", "living_room", "desk_pair", "desk_outliers"]
->>>>>>> l05
+SYNTHETIC = ["bunny_like", "living_room", "desk_pair", "lettered_box", "desk_outliers"]
 REAL = [
     "stanford_bunny",
     "tum_pair",
