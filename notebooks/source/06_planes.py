@@ -85,6 +85,9 @@ on_desk = cloud.points[desk.truth["labels"][0][frame.depth > 0] == desk.truth["l
 normal, d = fit_plane(on_desk)
 library = planes.fit_plane(on_desk)
 assert np.isclose(abs(normal @ library.normal), 1) and np.isclose(abs(d), abs(library.offset))
+mean, covariance = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(on_desk)).compute_mean_and_covariance()
+by_open3d = np.linalg.eigh(covariance)[1][:, 0]  # Open3D's covariance is the scatter matrix, divided by N
+assert np.isclose(abs(normal @ by_open3d), 1) and np.isclose(normal @ mean, -d)
 report("the desk's normal is off by", np.degrees(np.arccos(abs(normal[2]))), "degrees", digits=2)
 
 # %% [markdown]
@@ -208,11 +211,11 @@ assert ransac(five, 0.01, 50, np.random.default_rng(0)).tolist() == [True, True,
 # samples are *all* bad with probability $(1 - w^3)^n$. Ask that this is at most $1 - p$ and solve:
 # $n = \log(1 - p) / \log(1 - w^3)$, rounded up.
 #
-# Vote: $w = 0.6$ and $p = 0.99$. How many samples? (a) 6, (b) 19, (c) 70, (d) 3.
+# Vote: $w = 0.6$ and $p = 0.99$. How many samples? (a) 6, (b) 19, (c) 70, (d) 5.
 #
 # <details><summary>Answer</summary>
-# (b). (a) took w for w³, as if one good point were enough. (c) took the share of outliers, 0.4, for w. (d) forgot the logarithms:
-# on average it takes 1 / w³ samples until the first good one, but then you fail once in three times.
+# (b). (a) took w for w³, as if one good point were enough. (c) took the share of outliers, 0.4, for w. (d) took the mean:
+# it takes 1 / w³ samples on average until the first good one, but who stops there fails three times in ten.
 # </details>
 
 # %%
@@ -287,15 +290,17 @@ for _ in range(3):
     found.append(((normal, d), left[inliers]))
     left = left[~inliers]
 
+# %% tags=["hide-input"]
 rows, paint = [], np.full((len(some), 3), 205, np.uint8)
 upright = {"rug": [0, 0, 1], "table": [0, 0, 1], "wall": [0, 1, 0]}
-for ((normal, _), index), colour in zip(found, [(0, 114, 178), (230, 159, 0), (0, 158, 115)], strict=True):
+library = planes.find_planes(some, 0.015, most=3)
+for ((normal, _), index), (its, _), colour in zip(found, library, [(0, 114, 178), (230, 159, 0), (0, 158, 115)], strict=True):
     seen = names[label[::10][index]]
     most = max(set(seen), key=list(seen).count)
     rows.append([most, len(index), 100 * float(np.isin(seen, {"rug": ["rug", "floor"], "wall": ["wall", "poster"]}.get(most, [most])).mean()),
-                 degrees_between(normal, np.array(upright[most]))])
+                 degrees_between(normal, np.array(upright[most])), degrees_between(its.normal, np.array(upright[most]))])
     paint[index] = colour
-report_table(rows, columns=["mostly", "points", "of it, or lying on it (%)", "normal off by (degrees)"], digits=2)
+report_table(rows, columns=["mostly", "points", "of it, or lying on it (%)", "normal off by (degrees)", "the library's"], digits=2)
 show((some, paint), view="iso", frame="world", title="Three planes, one after the other",
      alt="A room from above at an angle: the floor with its rug, the back wall and the table top in three colours, everything else grey.")
 
@@ -406,6 +411,10 @@ box = downsample.voxel_downsample(here.points[names2 == "box"], 0.003)
 bend = variation(box, 60)
 assert np.allclose(bend, normals.fit_surfels(box, k=60).variation, atol=1e-6)
 
+# %% [markdown]
+# We know where the twelve edges of the box are. Of the points with a variation above 0.03, how many lie within 8 mm of one?
+
+# %% tags=["hide-input"]
 corners = desk.truth["box_corners"]
 lengths = np.linalg.norm(corners[:, None] - corners, axis=-1)
 pairs = [(a, b) for a in range(8) for b in range(a) if np.min(np.abs(lengths[a, b] - [0.22, 0.15, 0.17])) < 1e-3]  # the 12 edges
@@ -415,8 +424,8 @@ for a, b in pairs:
     t = np.clip((box - corners[a]) @ along / (along @ along), 0, 1)
     to_edge = np.minimum(to_edge, np.linalg.norm(box - corners[a] - t[:, None] * along, axis=1))
 precision, recall = score(bend > 0.03, to_edge < 0.008)
-report("points marked that lie within 8 mm of an edge (precision)", precision, "%", digits=2)
-report("points within 8 mm of an edge that are marked (recall)", recall, "%", digits=2)
+report("of the marked points, near an edge (precision)", precision, "%", digits=2)
+report("of the points near an edge, marked (recall)", recall, "%", digits=2)
 show((box, bend), view=view2.T_world_camera, label="surface variation", limits=(0, 0.1), zoom=0.8,
      title="Edges light up where both sides are seen",
      alt="The box, thinned to 3 mm. The three edges between its front, left side and top are yellow; its outline and its flat sides are dark.")
@@ -486,9 +495,9 @@ picture(fig, alt=f"Three histograms of distances. At {rows[0][0]:g} mm the inlie
                  f"apart. At {rows[1][0]:g} mm the humps have run into each other, and at {rows[2][0]:g} mm all of them are inliers.")
 
 # %% [markdown]
-# The middle one has many more inliers than the first, and is the worst plane: it leans from the wall at one end to the posters at the other. Two
-# numbers expose it. The distances of its inliers are several times the sensor's noise, and they fill the whole band instead of
-# gathering in its middle. A professional sets the threshold from the noise, at most three times, looks at the histogram
+# The middle one has many more inliers than the first, and is the worst plane: it leans from the wall at one end to the posters at the other. The last has
+# more still, leans less, and lies between wall and posters. Two things expose both. The distances of their inliers are several times the sensor's noise, and they fill the band, or gather
+# in several humps, instead of in its middle. A professional sets the threshold from the noise, at most three times, looks at the histogram
 # of residuals, and where things are nearly coplanar also asks that normals agree.
 #
 # ## On real data
@@ -523,7 +532,7 @@ standing = np.flatnonzero(height > 0.02)
 side, index = planes.find_plane(lifted.points[standing], 0.01)
 index = standing[index]
 paper = index[lifted.colors[index].min(axis=1) > 120]
-dark = index[lifted.colors[index].max(axis=1) < 110]
+dark = index[lifted.colors[index].max(axis=1) < 70]
 digits = dark[cKDTree(lifted.points[paper]).query(lifted.points[dark], distance_upper_bound=0.01)[0] < np.inf]
 
 paint = (lifted.colors // 2 + 100).astype(np.uint8)
