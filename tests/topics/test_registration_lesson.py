@@ -1,4 +1,4 @@
-"""The numbers that lesson 07 lives on, each with a tolerance: mirrors, wrong formulas, the LiDAR pair, the bunny scans."""
+"""The numbers that lesson 07 lives on, each with a tolerance: mirrors, wrong formulas, the LiDAR pair, the bunny."""
 
 from __future__ import annotations
 
