@@ -290,7 +290,7 @@ def find_planes(
     for number in range(most):
         try:
             plane, inliers = find_plane(array[left], threshold, seed + number)
-        except ValueError:
+        except ValueError:  # of what is left, no three points span a plane
             if number == 0:
                 raise
             return
@@ -298,5 +298,3 @@ def find_planes(
             return
         yield plane, left[inliers]
         left = left[~inliers]
-        if len(left) < 3:
-            return

@@ -1,0 +1,256 @@
+"""Lab 05: statistical and radius removal, what wrong settings leave behind, and a desk to clean.
+
+Distances are metres. A point never counts among its own neighbours, and a mask `keep` is True where a point stays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from course_lib import clusters, outliers
+from course_lib.tasks.core import Case, Misconception, Task, Verdict
+from course_lib.tasks.desk_05 import FLYING, THIN, small_desk
+from course_lib.tasks.judges import judge_array, judge_band, judge_choice, judge_labels, judge_words
+from course_lib.tasks.mistakes_05 import (
+    CAUSE_OF,
+    CAUSES,
+    CLEAN_MISTAKES,
+    DISTANCE_MISTAKES,
+    MEND_MISTAKES,
+    USUAL_MISTAKES,
+    WHICH_MISTAKES,
+)
+from course_lib.tasks.plain import Plain
+
+
+def _judge_mask(case: Case, answer: Plain) -> Verdict:
+    """A mask against the true one; the error is how many points are wrong, and none may be."""
+    verdict = judge_labels(answer, case.truth, what="the mask")
+    if not np.isfinite(verdict.error):
+        return verdict
+    wrong = int(np.sum(np.asarray(answer) != case.truth))
+    return replace(verdict, error=float(wrong), tolerance=0.1, unit="points")
+
+
+# ------------------------------------------------------------------------------------------------------ 1 threshold
+
+
+def _usual(mean: np.ndarray, std_ratio: float) -> np.ndarray:
+    centre = float(np.sum(mean)) / len(mean)
+    spread = np.sqrt(float(np.sum((mean - centre) ** 2)) / (len(mean) - 1))
+    return mean - centre < std_ratio * spread
+
+
+def _answers(misconceptions: tuple[Misconception, ...], function: str, given: tuple) -> list[np.ndarray]:
+    """What each wrong answer says."""
+    out = []
+    for misconception in misconceptions:
+        space: dict = {"np": np}
+        exec(misconception.source, space)
+        out.append(np.asarray(space[function](*given)))
+    return out
+
+
+def _telling(draw: Callable[[], Case], mistakes: tuple[Misconception, ...], function: str, count: int) -> list[Case]:
+    """Cases that tell the truth and all wrong answers apart, each from each: drawn again until they do."""
+    for _ in range(500):
+        cases = [draw() for _ in range(count)]
+        answers = [
+            [case.truth, *_answers(mistakes, function, tuple(np.copy(v) if isinstance(v, np.ndarray) else v
+                                                             for v in case.given.values()))]
+            for case in cases
+        ]  # fmt: skip
+        different = all(
+            any(not np.array_equal(said[i], said[j]) for said in answers)
+            for i in range(len(mistakes) + 1)
+            for j in range(i)
+        )
+        if different:
+            return cases
+    raise ValueError(f"{function}: no drawing tells all wrong answers apart.")
+
+
+def _usual_cases(rng: np.random.Generator) -> list[Case]:
+    head = np.array([2.0, 1.5, 2.5, 3.5, 4.0])
+    first = Case({"mean": head, "std_ratio": 1.0}, {"truth": _usual(head, 1.0)}, "the five points of the lesson")
+
+    def draw() -> Case:
+        n = int(rng.integers(8, 16))
+        while True:
+            mean = np.exp(rng.normal(0, 0.5, n)) * rng.uniform(0.005, 0.02)
+            # one that lies as far below as others above: no reason to remove it
+            mean[0] = mean.min() * 0.2
+            ratio = float(rng.choice([0.5, 1.0, 1.5]))
+            cut = mean.mean() + ratio * mean.std(ddof=1)
+            if np.abs(mean - cut).min() > 1e-3 * cut:
+                return Case({"mean": mean, "std_ratio": ratio}, {"truth": _usual(mean, ratio)}, f"{n} mean distances")
+
+    return [first, *_telling(draw, USUAL_MISTAKES, "usual", 4)]
+
+
+# ------------------------------------------------------------------------------------------------------ 2 distances
+
+_DISTANCE_TOLERANCE = 1e-4  # metres
+
+
+def _mean_distances(points: np.ndarray, k: int) -> np.ndarray:
+    out = np.empty(len(points))
+    for i, point in enumerate(points):
+        others = np.delete(points, i, axis=0)
+        out[i] = np.sort(np.sqrt(np.sum((others - point) ** 2, axis=1)))[:k].mean()
+    return out
+
+
+def _distance_cases(rng: np.random.Generator) -> list[Case]:
+    five = np.array([[0, 0, 0], [1, 0, 0], [3, 0, 0], [9, 0, 0], [10, 0, 0.0]])
+    cloud = rng.uniform(0, [1, 1, 0.2], (60, 3))
+    twins = rng.uniform(0, 0.5, (40, 3))
+    twins[20:30] = twins[:10]  # ten points that were measured twice
+    far = rng.normal(0, 0.1, (50, 3)) + [4.0, -2.0, 7.0]
+    return [
+        Case({"points": points, "k": k}, {"truth": _mean_distances(points, k)}, name)
+        for points, k, name in (
+            (five, 2, "the five points of the lesson"),
+            (cloud, 6, "60 points in a flat box"),
+            (twins, 4, "40 points, ten of them twice"),
+            (far, 1, "50 points, the nearest other only"),
+        )
+    ]
+
+
+# ------------------------------------------------------------------------------------------------------------ 3 mend
+
+
+def _by_radius(points: np.ndarray, radius: float, least: int) -> np.ndarray:
+    distance = np.sqrt(((points[:, None] - points[None]) ** 2).sum(axis=-1))
+    np.fill_diagonal(distance, np.inf)
+    return (distance <= radius).sum(axis=1) >= least
+
+
+def _radius_cases(rng: np.random.Generator) -> list[Case]:
+    def draw() -> Case:
+        n = int(rng.integers(50, 80))
+        while True:
+            points = rng.uniform(0, 1, (n, 3))
+            radius, least = float(rng.uniform(0.22, 0.3)), int(rng.integers(2, 5))
+            distance = np.sqrt(((points[:, None] - points[None]) ** 2).sum(axis=-1))
+            if min(np.abs(distance - radius).min(), np.abs(distance - np.sqrt(radius)).min()) > 1e-6:
+                truth = _by_radius(points, radius, least)
+                return Case({"points": points, "radius": radius, "least": least}, {"truth": truth}, f"{n} points")
+
+    return _telling(draw, MEND_MISTAKES, "keep_by_radius", 3)
+
+
+# ------------------------------------------------------------------------------------------------------------ 5 open
+
+_CLEAN_BANDS = ((0.97, 1.0), (0.90, 0.75), (0.80, 0.5), (0.60, 0.25))  # F1
+_THIN_LEAST = 0.95  # of the thin points must stay, or the lowest band is the most
+
+
+def _desk(rng: np.random.Generator) -> Case:
+    points, kinds = small_desk(rng)
+    return Case({"points": points}, {"truth": kinds < FLYING, "kinds": kinds}, f"a desk of {len(points):,} points")
+
+
+def _judge_clean(case: Case, answer: Plain) -> Verdict:
+    form = judge_labels(answer, case.truth, what="the mask")
+    if not np.isfinite(form.error):
+        return form
+    keep, kinds = np.asarray(answer, bool), case.hidden["kinds"]
+    wrong = kinds >= FLYING
+    f1 = 2 * np.sum(~keep & wrong) / (np.sum(~keep) + np.sum(wrong))
+    thin = float(np.mean(keep[kinds == THIN]))
+    verdict = judge_band(float(f1), _CLEAN_BANDS, "", better="larger", what="F1")
+    told = f"{verdict.message[:-1]}: F1 is {f1:.2f}, and {100 * thin:.0f} % of rod and cable are left."
+    if thin < _THIN_LEAST and verdict.score > 0.25:
+        told += f" For more than the lowest band keep {100 * _THIN_LEAST:.0f} %."
+        return Verdict(False, 1 - float(f1), 0.07, "", "thin structure", told, 0.25)
+    return replace(verdict, message=told)
+
+
+def _guess_clean(rng: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:
+    """One of the lesson's three filters with settings drawn at random."""
+    which = int(rng.integers(3))
+    k, ratio = int(rng.integers(2, 40)), float(rng.uniform(0.2, 3))
+    radius, least = float(np.exp(rng.uniform(np.log(0.003), np.log(0.1)))), int(rng.integers(1, 30))
+    size = int(np.exp(rng.uniform(0, np.log(3000))))
+
+    def clean(points: np.ndarray) -> np.ndarray:
+        if which == 0:
+            return outliers.keep_by_statistics(points, k, ratio)
+        if which == 1:
+            return outliers.keep_by_radius(points, radius, least)
+        return clusters.euclidean_clusters(points, radius, size) >= 0
+
+    return clean
+
+
+# -------------------------------------------------------------------------------------------------------------- all
+
+TASKS = (
+    Task(
+        id="05-1", title="where the unusual begins", points=1, version=1, kind="fill",
+        signature="def usual(mean, std_ratio)",
+        cases=_usual_cases,
+        judge=_judge_mask,
+        misconceptions=USUAL_MISTAKES,
+        hides=("course_lib.outliers.keep_by_statistics",),
+        where="lesson 05, section 2 (how far are the neighbours?)",
+    ),
+    Task(
+        id="05-2", title="mean distance to the neighbours", points=3, version=1, kind="write",
+        signature="def mean_distances(points, k)",
+        cases=_distance_cases,
+        judge=lambda case, answer: judge_array(answer, case.truth, _DISTANCE_TOLERANCE, "m", what="the mean distance"),
+        misconceptions=DISTANCE_MISTAKES,
+        may_call=("numpy", "scipy.spatial"),
+        hides=("course_lib.outliers.mean_distances",),
+        where="lesson 05, section 2 (how far are the neighbours?)",
+    ),
+    Task(
+        id="05-3", title="mend a radius filter", points=3, version=1, kind="mend",
+        signature="def keep_by_radius(points, radius, least)",
+        cases=_radius_cases,
+        judge=_judge_mask,
+        misconceptions=MEND_MISTAKES,
+        may_call=("numpy", "scipy.spatial"),
+        hides=("course_lib.outliers.keep_by_radius",),
+        where="lesson 05, section 3 (how many neighbours?)",
+    ),
+    Task(
+        id="05-4", title="which setting made this", points=2, version=1, kind="which",
+        signature="def causes()",
+        cases=lambda rng: [Case({}, {"truth": dict(CAUSE_OF)}, "the five desks above")],
+        judge=lambda case, answer: judge_choice(answer, case.truth, CAUSES, "the cause"),
+        misconceptions=WHICH_MISTAKES,
+        where="lesson 05, sections 2 to 4, and Break it",
+    ),
+    Task(
+        id="05-5", title="clean a desk", points=4, version=1, kind="open",
+        signature="def clean(points)",
+        cases=lambda rng: [_desk(rng)],
+        judge=_judge_clean,
+        misconceptions=CLEAN_MISTAKES,
+        may_call=("numpy", "scipy.spatial", "scipy.sparse", "scipy.sparse.csgraph"),
+        hides=("course_lib.clusters.euclidean_clusters",),
+        guess=_guess_clean,
+        where="lesson 05, section 4 (islands) and section 5 (a pipeline, tuned and reported)",
+    ),
+    Task(
+        id="05-6", title="explain why repeating never ends", points=2, version=1, kind="explain",
+        signature="def explain()",
+        cases=lambda rng: [Case({}, {}, "your words")],
+        judge=lambda case, answer: judge_words(answer, 60),
+        rubric=(
+            "0: says that the cloud must be very noisy, or that more passes are needed.",
+            "1: says that the threshold comes from the cloud itself, so that something always lies beyond it (or that "
+            "the standard deviation shrinks with each pass); or names a threshold that is fixed once.",
+            "2: both: after a pass the deviation is smaller, so the threshold moves in and cuts true points; and one "
+            "fixed threshold (metres, multiples of the spacing, a median) in one pass instead.",
+        ),
+        where="lesson 05, Break it",
+    ),
+)
