@@ -54,7 +54,7 @@ def keep_supported(depth: ArrayLike, tolerance: float, least: int = 3) -> NDArra
 
 
 def keep_large_patches(depth: ArrayLike, tolerance: float, least: int) -> NDArray[np.bool_]:
-    """Keep patches of at least so many pixels, whose inverse depth changes by no more than a tolerance from pixel to pixel.
+    """Keep patches of at least so many pixels, in which inverse depth changes little from pixel to pixel.
 
     What clusters are for a cloud; pixels touch along their sides.
 

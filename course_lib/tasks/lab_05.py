@@ -25,6 +25,7 @@ from course_lib.tasks.mistakes_05 import (
 )
 from course_lib.tasks.plain import Plain
 
+
 def _judge_mask(case: Case, answer: Plain) -> Verdict:
     """A mask against the true one; the error is how many points are wrong, and none may be."""
     verdict = judge_labels(answer, case.truth, what="the mask")
