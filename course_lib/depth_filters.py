@@ -97,7 +97,9 @@ def _inverse(depth: ArrayLike) -> NDArray[np.float64]:
     """(H, W) 1/m, NaN where nothing was measured."""
     image = np.asarray(depth)
     if image.ndim != 2 or image.dtype.kind not in "fiu" or image.size == 0:
-        raise ValueError(f"depth: expected an (H, W) image of numbers in metres, got shape {image.shape}, {image.dtype}.")
+        raise ValueError(
+            f"depth: expected an (H, W) image of numbers in metres, got shape {image.shape}, {image.dtype}."
+        )
     image = image.astype(np.float64)
     there = np.isfinite(image) & (image > 0)
     return np.where(there, 1.0 / np.where(there, image, 1.0), np.nan)

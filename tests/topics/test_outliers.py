@@ -212,9 +212,7 @@ def test_scale(seed, scale):
     scaled = points * scale
     assert np.array_equal(outliers.keep_by_statistics(points, 5, 1.5), outliers.keep_by_statistics(scaled, 5, 1.5))
     assert np.array_equal(outliers.keep_by_radius(points, 0.2, 4), outliers.keep_by_radius(scaled, 0.2 * scale, 4))
-    assert same_partition(
-        clusters.euclidean_clusters(points, 0.1), clusters.euclidean_clusters(scaled, 0.1 * scale)
-    )
+    assert same_partition(clusters.euclidean_clusters(points, 0.1), clusters.euclidean_clusters(scaled, 0.1 * scale))
 
 
 @settings(max_examples=25, deadline=None)
