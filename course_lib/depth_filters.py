@@ -54,7 +54,7 @@ def keep_supported(depth: ArrayLike, tolerance: float, least: int = 3) -> NDArra
 
 
 def keep_large_patches(depth: ArrayLike, tolerance: float, least: int) -> NDArray[np.bool_]:
-    """Keep patches of at least so many pixels, in which inverse depth changes little from pixel to pixel.
+    """Keep patches of at least so many pixels, whose inverse depth changes little from pixel to pixel.
 
     What clusters are for a cloud; pixels touch along their sides.
 
@@ -97,9 +97,7 @@ def _inverse(depth: ArrayLike) -> NDArray[np.float64]:
     """(H, W) 1/m, NaN where nothing was measured."""
     image = np.asarray(depth)
     if image.ndim != 2 or image.dtype.kind not in "fiu" or image.size == 0:
-        raise ValueError(
-            f"depth: expected an (H, W) image of numbers in metres, got shape {image.shape}, {image.dtype}."
-        )
+        raise ValueError(f"depth: expected an (H, W) image in metres, got shape {image.shape}, {image.dtype}.")
     image = image.astype(np.float64)
     there = np.isfinite(image) & (image > 0)
     return np.where(there, 1.0 / np.where(there, image, 1.0), np.nan)

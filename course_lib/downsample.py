@@ -21,8 +21,7 @@ from course_lib.neighbours import finite_points
 
 __all__ = ["VoxelGrid", "sample_farthest", "sample_random", "sample_uniform", "voxel_downsample", "voxel_grid"]
 
-DENSE = 8  # a grid of at most so many cells a point is counted in place, without sorting
-LARGEST = 2**62  # cells that an index can count
+LARGEST = 2.0**52  # the number of a cube beyond this has no exact neighbour in float64
 
 
 class VoxelGrid(NamedTuple):
@@ -71,8 +70,13 @@ def voxel_grid(points: ArrayLike, size: float, origin: ArrayLike = (0.0, 0.0, 0.
     """
     array = finite_points(points)
     start = checks.vector(origin, 3, "origin")
-    _, _, voxel, index, count, edge = _sorted_into(array, size, start)
-    return VoxelGrid(voxel, index, count, start, edge)
+    cells = _cells(array, size, start)
+    runs = _runs(cells)
+    voxel = np.empty(len(array), dtype=np.intp)
+    voxel[runs.order] = np.repeat(np.arange(len(runs.start)), runs.count)
+    first = runs.order[runs.start]
+    index = np.stack([cell[first] for cell in cells], axis=1)
+    return VoxelGrid(voxel, index, runs.count, start, _edge(size))
 
 
 def voxel_downsample(
@@ -109,58 +113,82 @@ def voxel_downsample(
         off = np.linalg.norm(array - grid.centres[grid.voxel], axis=1)
         order = np.lexsort((off, grid.voxel))
         return array[order[np.concatenate([[0], np.cumsum(grid.count)[:-1]])]]
-    return _centroids(array, size, start)
+    return _centroids(array, _runs(_cells(array, size, start)))
 
 
-def _cells(points: NDArray[np.float64], size: float, origin: NDArray[np.float64]) -> tuple:
-    """The cube of each point, counted from the lowest one, and how many cubes there are along each axis."""
+class _Runs(NamedTuple):
+    """Points sorted by cube: those of cube i are `order[start[i]:start[i] + count[i]]`, in ascending order."""
+
+    order: NDArray[np.intp]
+    start: NDArray[np.intp]
+    count: NDArray[np.intp]
+
+
+def _cells(points: NDArray[np.float64], size: float, origin: NDArray[np.float64]) -> list[NDArray[np.int64]]:
+    """The cube of each point along each axis. Rounded down: int() would put both sides of the origin into one cube."""
+    edge = _edge(size)
+    cells = []
+    for axis in range(3):
+        cell = points[:, axis] - origin[axis]
+        with np.errstate(over="ignore"):
+            cell /= edge
+        np.floor(cell, out=cell)
+        if not (cell.min() > -LARGEST and cell.max() < LARGEST):
+            raise ValueError(f"size: {edge:g} makes more cubes than can be counted; is it in the unit of the points?")
+        cells.append(cell.astype(np.int64))
+    return cells
+
+
+def _runs(cells: list[NDArray[np.int64]]) -> _Runs:
+    """Sort points by cube, x first. A cube's number and a point's are packed into one integer, which sorts fastest.
+
+    Memory grows with the points, never with the space: where the numbers of cubes do not fit, only those in use count.
+    """
+    size = len(cells[0])
+    low_bits = max(size - 1, 1).bit_length()
+    most = 1 << (63 - low_bits)
+    key, room = np.zeros(size, dtype=np.int64), 1
+    for cell in cells:
+        low, high = int(cell.min()), int(cell.max())
+        if room * (high - low + 1) >= most:
+            key, room = _ranks(key)
+        if room * (high - low + 1) >= most:
+            cell, high = _ranks(cell)
+            low, high = 0, high - 1
+        key *= high - low + 1
+        key += cell
+        key -= low
+        room *= high - low + 1
+    key <<= low_bits
+    key |= np.arange(size)
+    key.sort()
+    order = (key & ((1 << low_bits) - 1)).astype(np.intp)
+    key >>= low_bits
+    start = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]]))
+    return _Runs(order, start, np.diff(start, append=size))
+
+
+def _ranks(numbers: NDArray[np.int64]) -> tuple[NDArray[np.int64], int]:
+    """The same order in smaller numbers: the rank of each among those that occur, and how many occur."""
+    used, rank = np.unique(numbers, return_inverse=True)
+    return rank.reshape(-1).astype(np.int64), len(used)
+
+
+def _centroids(points: NDArray[np.float64], runs: _Runs) -> NDArray[np.float64]:
+    """The mean of each cube's points, counted from the lowest one, so that far-away clouds keep their digits."""
+    means = np.empty((len(runs.start), 3))
+    for axis in range(3):
+        low = points[:, axis].min()
+        sums = np.add.reduceat(points[runs.order, axis] - low, runs.start)
+        means[:, axis] = low + sums / runs.count
+    return means
+
+
+def _edge(size: float) -> float:
     edge = checks.number(size, "size")
     if edge <= 0:
         raise ValueError(f"size: a voxel has a positive edge, got {edge:g}; it is a length in the unit of the points.")
-    cells = [np.floor((points[:, axis] - origin[axis]) / edge) for axis in range(3)]
-    low = np.array([cell.min() for cell in cells])
-    extent = [float(cell.max() - first) + 1 for cell, first in zip(cells, low, strict=True)]
-    if extent[0] * extent[1] * extent[2] > LARGEST or np.abs(low).max() > LARGEST:
-        raise ValueError(f"size: {edge:g} makes more cubes than can be counted; is it in the unit of the points?")
-    key = (cells[0] - low[0]).astype(np.int64)
-    for axis in (1, 2):
-        key *= int(extent[axis])
-        key += (cells[axis] - low[axis]).astype(np.int64)
-    return key, low.astype(np.int64), [int(length) for length in extent], edge
-
-
-def _sorted_into(points: NDArray[np.float64], size: float, origin: NDArray[np.float64]) -> tuple:
-    key, low, extent, edge = _cells(points, size, origin)
-    total = extent[0] * extent[1] * extent[2]
-    if total <= DENSE * len(points):
-        counts = np.bincount(key, minlength=total)
-        used = np.flatnonzero(counts)
-        number = np.empty(total, dtype=np.intp)
-        number[used] = np.arange(len(used))
-        voxel, count = number[key], counts[used]
-    else:
-        used, voxel, count = np.unique(key, return_inverse=True, return_counts=True)
-    index = np.stack(np.unravel_index(used, extent), axis=1).astype(np.int64) + low
-    return key, total, voxel, index, count, edge
-
-
-def _centroids(points: NDArray[np.float64], size: float, origin: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The mean of the points of each cube: counted on a dense grid if that is small, else sorted and summed in runs."""
-    key, _, extent, _ = _cells(points, size, origin)
-    total = extent[0] * extent[1] * extent[2]
-    middle = points.mean(axis=0)  # sums of small numbers keep their digits, however far away the cloud lies
-    if total <= DENSE * len(points):
-        counts = np.bincount(key, minlength=total)
-        used = np.flatnonzero(counts)
-        count = counts[used]
-        sums = [np.bincount(key, points[:, axis] - middle[axis], total)[used] for axis in range(3)]
-    else:
-        order = np.argsort(key, kind="stable")
-        ordered = key[order]
-        first = np.concatenate([[0], np.flatnonzero(ordered[1:] != ordered[:-1]) + 1])
-        count = np.diff(np.append(first, len(points)))
-        sums = [np.add.reduceat(points[order, axis] - middle[axis], first) for axis in range(3)]
-    return np.stack([total_ / count for total_ in sums], axis=1) + middle
+    return edge
 
 
 def sample_random(points: ArrayLike, count: int, seed: int) -> NDArray[np.intp]:
@@ -211,7 +239,7 @@ def sample_farthest(points: ArrayLike, count: int, start: int = 0) -> NDArray[np
     Raises
     ------
     ValueError
-        If there are not so many points, or no point `start`.
+        If there are not so many points in different places, or no point `start`.
 
     Examples
     --------
@@ -227,6 +255,8 @@ def sample_farthest(points: ArrayLike, count: int, start: int = 0) -> NDArray[np
     for i in range(1, len(chosen)):
         np.minimum(nearest, ((array - array[chosen[i - 1]]) ** 2).sum(axis=1), out=nearest)
         chosen[i] = int(nearest.argmax())
+        if nearest[chosen[i]] == 0:
+            raise ValueError(f"points: they lie in {i} different places, {len(chosen)} were asked for; ask for fewer.")
     return chosen
 
 

@@ -126,21 +126,13 @@ class Neighbours:
         self.order = _morton_order(array)
         self.sorted = array[self.order]
         self._tree = cKDTree(self.sorted, balanced_tree=False, compact_nodes=False)
-        self._given: NDArray[np.float64] | None = None
         self._names = np.append(self.order, len(array))  # the tree says len(points) for "none"; so do we
 
     def __len__(self) -> int:
         return len(self.sorted)
 
-    def points_at(self, index: NDArray[np.intp]) -> NDArray[np.float64]:
-        """Return the points of some indices, as given when this was made."""
-        if self._given is None:
-            self._given = np.empty_like(self.sorted)
-            self._given[self.order] = self.sorted
-        return self._given[index]
-
     def nearest(
-        self, queries: ArrayLike, k: int = 1, radius: float = np.inf, workers: int = -1, sort: bool = True
+        self, queries: ArrayLike, k: int = 1, radius: float = np.inf, workers: int = -1
     ) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
         """Return the k nearest points of each query, the nearest first.
 
@@ -150,7 +142,6 @@ class Neighbours:
         k : how many; a point of the cloud that is its own query counts among them.
         radius : farther points do not count.
         workers : threads; -1 for all processors.
-        sort : False where the queries follow a curve already, as they do in each step of an iteration.
 
         Returns
         -------
@@ -164,11 +155,11 @@ class Neighbours:
         """
         asked = finite_points(queries, "queries")
         k, radius = _whole(k, "k"), _positive(radius, "radius")
-        if len(asked) < SORT_FROM or not sort:
-            distance, index = self._query(asked, k, radius, workers)
+        if len(asked) < SORT_FROM:
+            distance, index = self.places(asked, k, radius, workers)
             return distance, self._names[index]
         order = _morton_order(asked)
-        found, place = self._query(asked[order], k, radius, workers)
+        found, place = self.places(asked[order], k, radius, workers)
         distance, index = np.empty_like(found), np.empty_like(place)
         distance[order], index[order] = found, self._names[place]
         return distance, index
@@ -199,7 +190,7 @@ class Neighbours:
         k, radius = _whole(k, "k"), _positive(radius, "radius")
         for start in range(0, len(self), _whole(block, "block")):
             part = slice(start, start + block)
-            distance, place = self._query(self.sorted[part], k, radius, workers)
+            distance, place = self.places(self.sorted[part], k, radius, workers)
             yield self.order[part], distance, place
 
     def within(self, queries: ArrayLike, radius: float, workers: int = -1) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -228,12 +219,19 @@ class Neighbours:
         flat = np.fromiter((i for each in lists for i in each), dtype=np.intp, count=int(offsets[-1]))
         return offsets, self.order[flat]
 
-    def _query(
-        self, asked: NDArray[np.float64], k: int, radius: float, workers: int
+    def places(
+        self, queries: NDArray[np.float64], k: int = 1, radius: float = np.inf, workers: int = -1
     ) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+        """Answer as `nearest` does, unchecked and unsorted: for queries that follow a curve already.
+
+        Returns
+        -------
+        distance : (M, k) float.
+        place : (M, k) into `sorted`, not into the points as given; len(points) where there are fewer.
+        """
         # SciPy leaves out what lies at exactly the bound; we count it, as a ball does
         bound = np.nextafter(radius, np.inf)
-        return self._tree.query(asked, k=np.arange(1, k + 1), distance_upper_bound=bound, workers=workers)
+        return self._tree.query(queries, k=np.arange(1, k + 1), distance_upper_bound=bound, workers=workers)
 
 
 def spacing(points: ArrayLike) -> float:

@@ -14,9 +14,12 @@ from numpy.typing import ArrayLike, NDArray
 from course_lib import checks
 from course_lib.neighbours import Neighbours, finite_points
 
-__all__ = ["Surfels", "estimate_normals", "fit_surfels", "orient_normals"]
+__all__ = ["Surfels", "estimate_normals", "fit_surfels", "orient_normals", "smallest_eigenvectors"]
 
 FLAT = 1e-12  # a second eigenvalue below this share of the largest: the neighbours lie on a line, which has no normal
+ROUNDING = 16 * np.finfo(float).eps  # of a coordinate, as a share of its size
+NEARLY_A_LINE = 1 - 1e-6  # from here on the closed form loses digits, and the slower solver takes over
+BLOCK = 1 << 13  # points at a time: the coordinates of their neighbours stay in the cache
 
 
 class Surfels(NamedTuple):
@@ -122,7 +125,7 @@ def fit_surfels(points: ArrayLike, k: int = 30, radius: float = np.inf) -> Surfe
     if isinstance(k, bool) or not isinstance(k, (int, np.integer)) or k < 3:
         raise ValueError(f"k: a plane needs at least 3 neighbours, got {k!r}.")
     normals, variation = np.empty((len(near), 3)), np.empty(len(near))
-    for index, distance, place in near.self_nearest(min(int(k), len(near)), radius):
+    for index, distance, place in near.self_nearest(min(int(k), len(near)), radius, block=BLOCK):
         normals[index], variation[index] = _planes(near.sorted, distance, place)
     return Surfels(normals, variation)
 
@@ -140,13 +143,70 @@ def _planes(
     x, y, z = ((points[:, axis].take(found) - own[:, axis, None]) for axis in range(3))
     share = 1.0 / count
     mean = [each.sum(axis=1) * share for each in (x, y, z)]
-    matrices = np.empty((len(place), 3, 3))
-    for i, j, a, b in ((0, 0, x, x), (0, 1, x, y), (0, 2, x, z), (1, 1, y, y), (1, 2, y, z), (2, 2, z, z)):
-        matrices[:, i, j] = matrices[:, j, i] = np.einsum("nk,nk->n", a, b) * share - mean[i] * mean[j]
-    values, vectors = np.linalg.eigh(matrices)
-    normals = np.ascontiguousarray(vectors[:, :, 0])
-    total = values.sum(axis=1)
-    line = (count < 3) | (values[:, 1] <= FLAT * values[:, 2]) | (total <= 0)
-    variation = np.maximum(values[:, 0], 0) / np.where(line, 1, total)
+    offsets, six = (x, y, z), np.empty((6, len(place)))
+    for row, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
+        six[row] = np.einsum("nk,nk->n", offsets[i], offsets[j]) * share - mean[i] * mean[j]
+    normals, values = smallest_eigenvectors(six)
+    rounding = (ROUNDING * np.abs(own).max(axis=1)) ** 2  # a spread below that of the digits of the coordinates
+    line = (count < 3) | (values[1] <= np.maximum(FLAT * values[2], rounding))
+    variation = values[0] / np.where(line, 1, values.sum(axis=0))
     normals[line], variation[line] = np.nan, np.nan
     return normals, variation
+
+
+def smallest_eigenvectors(six: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return, of symmetric 3x3 matrices, the eigenvector of the smallest eigenvalue, and all eigenvalues.
+
+    The roots of the cubic come from their closed form; the eigenvector is a column of the adjugate of A − λI, which is
+    a multiple of n nᵀ. Where two small eigenvalues nearly meet, LAPACK decides instead.
+
+    Parameters
+    ----------
+    six : (6, B) xx, yy, zz, xy, xz, yz of each matrix, positive semi-definite.
+
+    Returns
+    -------
+    vectors : (B, 3) of length 1, sign arbitrary.
+    values : (3, B) ascending, none below 0; two large ones that are equal come apart by a few 1e-9 of their size.
+
+    References
+    ----------
+    Smith, Eigenvalues of a symmetric 3x3 matrix, CACM 4(4), 1961. Kopp, Efficient numerical diagonalization of
+    Hermitian 3x3 matrices, Int. J. Mod. Phys. C 19, 2008.
+
+    Examples
+    --------
+    >>> vectors, values = smallest_eigenvectors([[4.0], [1.0], [9.0], [0.0], [0.0], [0.0]])
+    >>> np.abs(vectors).round(12).tolist(), values[:, 0].round(12).tolist()
+    ([[0.0, 1.0, 0.0]], [1.0, 4.0, 9.0])
+    """
+    xx, yy, zz, xy, xz, yz = np.asarray(six, dtype=np.float64)
+    third = (xx + yy + zz) / 3
+    a, b, c = xx - third, yy - third, zz - third
+    off = xy * xy + xz * xz + yz * yz
+    p = np.sqrt((a * a + b * b + c * c + 2 * off) / 6)
+    half_det = (a * (b * c - yz * yz) - xy * (xy * c - yz * xz) + xz * (xy * yz - b * xz)) / 2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        r = np.clip(half_det / (p * p * p), -1, 1)
+    angle = np.arccos(r) / 3
+    low = third + 2 * p * np.cos(angle + 2 * np.pi / 3)
+    high = third + 2 * p * np.cos(angle)
+
+    a, b, c = xx - low, yy - low, zz - low
+    cx, cy, cz = b * c - yz * yz, a * c - xz * xz, a * b - xy * xy
+    cxy, cxz, cyz = xz * yz - xy * c, xy * yz - xz * b, xy * xz - a * yz
+    x_first, y_first = (cx >= cy) & (cx >= cz), cy >= cz
+    vectors = np.empty((len(xx), 3))
+    vectors[:, 0] = np.where(x_first, cx, np.where(y_first, cxy, cxz))
+    vectors[:, 1] = np.where(x_first, cxy, np.where(y_first, cy, cyz))
+    vectors[:, 2] = np.where(x_first, cxz, np.where(y_first, cyz, cz))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        vectors /= np.sqrt(np.einsum("bi,bi->b", vectors, vectors))[:, None]
+    values = np.stack([low, 3 * third - low - high, high])
+
+    hard = np.flatnonzero(~(r < NEARLY_A_LINE) | ~np.isfinite(vectors[:, 0]))
+    if hard.size:
+        matrices = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=-1)[hard].reshape(-1, 3, 3)
+        w, v = np.linalg.eigh(matrices)
+        vectors[hard], values[:, hard] = v[:, :, 0], w.T
+    return vectors, np.maximum(values, 0)

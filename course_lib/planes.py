@@ -18,10 +18,11 @@ from course_lib.neighbours import finite_points
 __all__ = ["Plane", "find_plane", "find_planes", "fit_plane", "iterations_needed"]
 
 SUBSET = 4096  # points on which hypotheses are compared
-BATCH = 256  # hypotheses at a time
+BATCH = 128  # hypotheses at a time
 MOST = 8192  # hypotheses at most
-BEST = 3  # that are looked at on the whole cloud
-REFITS = 2
+BEST = 3  # that are refined
+REFITS = 5  # at most, over all inliers
+FEW = 1e-3  # of the points: a refit that gains fewer inliers is the last
 LINE = 1e-12  # points whose second radius squared is this share of the first lie on a line
 
 
@@ -145,8 +146,8 @@ def find_plane(
 ) -> tuple[Plane, NDArray[np.bool_]]:
     """Find the plane with the most points near it, by RANSAC, and refine it by least squares over these.
 
-    Hypotheses are compared on a random subset; the best few are counted on the whole cloud, and the winner is fitted
-    again to its inliers. There are as many hypotheses as `iterations_needed` for the share that the best one has.
+    Hypotheses are compared on a random subset, the best few are refined there, and the winner is fitted again to its
+    inliers in the whole cloud. There are as many hypotheses as `iterations_needed` for the share that the best one has.
 
     Parameters
     ----------
@@ -183,37 +184,51 @@ def find_plane(
         raise ValueError(f"threshold: expected a positive distance in the unit of the points, got {reach:g}.")
     start = array[0]
     local = array - start
-    best_plane, best_inliers, most = None, None, -1
-    for normal, offset in _hypotheses(local, reach, np.random.default_rng(seed), confidence):
-        inliers = np.abs(local @ normal + offset) <= reach
-        count = int(np.count_nonzero(inliers))
-        if count > most:
-            best_plane, best_inliers, most = (normal, offset), inliers, count
-    if best_plane is None:
+    best = _hypothesis(local, reach, np.random.default_rng(seed), confidence)
+    if best is None:
         _fit(array)  # says what is wrong with them
         raise ValueError("points: no three of those drawn span a plane; most of them are equal or on one line.")
+    inliers = _within(local, best, reach)
     for _ in range(REFITS):
-        inside = local[best_inliers]
-        if len(inside) < 3:
+        refined = _refit(local[np.flatnonzero(inliers)])
+        if refined is None:
             break
-        try:
-            refined = _fit(inside)
-        except ValueError:
+        again = _within(local, refined, reach)
+        more = np.count_nonzero(again) - np.count_nonzero(inliers)
+        if more < 0:
             break
-        inliers = np.abs(local @ refined.normal + refined.offset) <= reach
-        count = int(np.count_nonzero(inliers))
-        if count < most:
+        best, inliers = refined, again
+        if more <= FEW * len(local):
             break
-        best_plane, best_inliers, most = (refined.normal, refined.offset), inliers, count
-    normal, offset = best_plane
-    return Plane(normal, offset - float(normal @ start)), best_inliers
+    normal, offset = best
+    return Plane(normal, offset - float(normal @ start)), inliers
 
 
-def _hypotheses(
+def _within(local: NDArray[np.float64], plane: tuple[NDArray[np.float64], float], reach: float) -> NDArray[np.bool_]:
+    """Which points lie near a plane."""
+    off = local @ plane[0]
+    off += plane[1]
+    return np.abs(off, out=off) <= reach
+
+
+def _refit(inside: NDArray[np.float64]) -> tuple[NDArray[np.float64], float] | None:
+    """Least squares over inliers near the origin: like `_fit`, in one pass. None where they span no plane."""
+    if len(inside) < 3:
+        return None
+    total = np.ones(len(inside)) @ inside
+    values, vectors = np.linalg.eigh(inside.T @ inside - np.outer(total, total) / len(inside))
+    if values[1] <= LINE * values[2]:
+        return None
+    return vectors[:, 0], -float(vectors[:, 0] @ total) / len(inside)
+
+
+def _hypothesis(
     local: NDArray[np.float64], reach: float, rng: np.random.Generator, confidence: float
-) -> list[tuple[NDArray[np.float64], float]]:
-    """The best few planes through three points, compared on a subset."""
+) -> tuple[NDArray[np.float64], float] | None:
+    """The best plane through three points, compared on a subset and refined on it; None if no three span a plane."""
     some = local if len(local) <= SUBSET else local[rng.integers(0, len(local), SUBSET)]
+    # in single precision, in units of the threshold: enough to compare, and half the memory
+    coarse = np.ascontiguousarray((some / reach).T, dtype=np.float32)
     scored: list[tuple[int, NDArray[np.float64], float]] = []
     drawn, needed = 0, MOST
     while drawn < needed:
@@ -227,13 +242,19 @@ def _hypotheses(
         if wide.any():
             normal = normal[wide] / length[wide, None]
             offset = -np.einsum("ij,ij->i", normal, corner[wide, 0])
-            count = np.count_nonzero(np.abs(some @ normal.T + offset) <= reach, axis=0)
+            off = normal.astype(np.float32) @ coarse
+            off += (offset / reach).astype(np.float32)[:, None]
+            count = np.count_nonzero(np.abs(off, out=off) <= 1, axis=1)
             for i in np.argsort(-count, kind="stable")[:BEST]:
                 scored.append((int(count[i]), normal[i], float(offset[i])))
             scored = sorted(scored, key=lambda one: -one[0])[:BEST]
             share = max(scored[0][0], 3) / len(some)
             needed = min(MOST, iterations_needed(min(1.0, share), 3, confidence))
-    return [(normal, offset) for _, normal, offset in scored]
+    for _, normal, offset in tuple(scored):
+        refined = _refit(some[_within(some, (normal, offset), reach)])
+        if refined is not None:
+            scored.append((int(np.count_nonzero(_within(some, refined, reach))), *refined))
+    return max(scored, key=lambda one: one[0])[1:] if scored else None
 
 
 def find_planes(
@@ -269,7 +290,7 @@ def find_planes(
     for number in range(most):
         try:
             plane, inliers = find_plane(array[left], threshold, seed + number)
-        except ValueError:
+        except ValueError:  # of what is left, no three points span a plane
             if number == 0:
                 raise
             return
@@ -277,5 +298,3 @@ def find_planes(
             return
         yield plane, left[inliers]
         left = left[~inliers]
-        if len(left) < 3:
-            return

@@ -1,6 +1,6 @@
 """Registration: the rigid motion that brings one cloud onto another, by iterated closest points.
 
-`T_target_source` maps source coordinates to target coordinates. One step pairs each source point with its nearest target
+`T_target_source` maps source to target coordinates. One step pairs each source point with the nearest target
 point and moves the source so that the pairs come together: exactly, for the distance from point to point; linearised,
 for the distance from a point to the plane through its partner. Steps are repeated until nothing moves.
 
@@ -19,13 +19,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from course_lib import checks, transforms
-from course_lib.neighbours import Neighbours, finite_points, morton_order
+from course_lib import checks, rotations, transforms
+from course_lib.neighbours import finite_points, morton_order
+from course_lib.partners import Partners
+from course_lib.robust import KERNELS, robust_weights
 
 __all__ = ["IcpResult", "IcpStep", "fit_rigid", "fit_rigid_to_planes", "icp"]
 
-KERNELS = ("none", "huber", "tukey")
-TUKEY, HUBER = 4.685, 1.345  # in standard deviations: 95 % of the efficiency of least squares on Gaussian noise
 RANK = 1e-9  # directions whose squared singular value is this share of the largest are not decided by the pairs
 
 
@@ -101,15 +101,14 @@ def _fit_rigid(
     p: NDArray[np.float64], q: NDArray[np.float64], w: NDArray[np.float64] | None
 ) -> NDArray[np.float64] | None:
     """The motion from p to q; None where the pairs leave a turn open."""
-    if w is None:
-        mean_p, mean_q = p.mean(axis=0), q.mean(axis=0)
-        centred_p, centred_q = p - mean_p, q - mean_q
-        cross = centred_q.T @ centred_p
-    else:
-        total = w.sum()
-        mean_p, mean_q = w @ p / total, w @ q / total
-        centred_p, centred_q = p - mean_p, q - mean_q
-        cross = (centred_q * w[:, None]).T @ centred_p
+    # about one of the points, so that sums of products keep their digits
+    start_p, start_q = p[0].copy(), q[0].copy()
+    p, q = p - start_p, q - start_q
+    w = np.ones(len(p)) if w is None else w
+    total, weighted = w.sum(), q.T * w
+    mean_p, mean_q = w @ p / total, weighted.sum(axis=1) / total
+    cross = weighted @ p - total * np.outer(mean_q, mean_p)
+    mean_p, mean_q = mean_p + start_p, mean_q + start_q
     U, s, Vt = np.linalg.svd(cross)
     if s[1] <= RANK * s[0] or s[0] == 0:
         return None
@@ -157,33 +156,23 @@ def _fit_planes(
     p: NDArray[np.float64], q: NDArray[np.float64], n: NDArray[np.float64], w: NDArray[np.float64] | None
 ) -> NDArray[np.float64]:
     # about the middle of the points and in their size, so that turns and shifts are numbers of one kind
-    middle = p.mean(axis=0)
-    local = p - middle
-    size = float(np.sqrt((local**2).sum(axis=1).mean())) or 1.0
-    rows = np.empty((len(p), 6))
-    rows[:, 0] = (local[:, 1] * n[:, 2] - local[:, 2] * n[:, 1]) / size
-    rows[:, 1] = (local[:, 2] * n[:, 0] - local[:, 0] * n[:, 2]) / size
-    rows[:, 2] = (local[:, 0] * n[:, 1] - local[:, 1] * n[:, 0]) / size
-    rows[:, 3:] = n
+    middle = np.ones(len(p)) @ p / len(p)
+    x, y, z = (p - middle).T
+    size = float(np.sqrt((x @ x + y @ y + z @ z) / len(p))) or 1.0
+    i, j, k = np.ascontiguousarray(n.T)
+    rows = np.empty((6, len(p)))
+    rows[0], rows[1], rows[2] = y * k - z * j, z * i - x * k, x * j - y * i
+    rows[:3] /= size
+    rows[3], rows[4], rows[5] = i, j, k
     off = np.einsum("ij,ij->i", q - p, n)
-    weighted = rows if w is None else rows * w[:, None]
-    values, vectors = np.linalg.eigh(weighted.T @ rows)
+    weighted = rows if w is None else rows * w
+    values, vectors = np.linalg.eigh(weighted @ rows.T)
     kept = values > RANK * values[-1]
-    step = vectors[:, kept] @ ((vectors[:, kept].T @ (weighted.T @ off)) / values[kept])
+    step = vectors[:, kept] @ ((vectors[:, kept].T @ (weighted @ off)) / values[kept])
     T = np.eye(4)
-    T[:3, :3] = _rotation(step[:3] / size)
+    T[:3, :3] = rotations.exp(np.concatenate([np.zeros(3), step[:3] / size]))[:3, :3]
     T[:3, 3] = middle + step[3:] - T[:3, :3] @ middle
     return T
-
-
-def _rotation(vector: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The rotation of a rotation vector (Rodrigues)."""
-    angle = float(np.linalg.norm(vector))
-    if angle == 0:
-        return np.eye(3)
-    x, y, z = vector / angle
-    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * (K @ K)
 
 
 def icp(
@@ -247,71 +236,55 @@ def icp(
     radii = [checks.number(each, "radius") for each in np.atleast_1d(np.asarray(radius, dtype=object))]
     if not radii or min(radii) <= 0:
         raise ValueError("radius: expected a positive distance in metres, or several.")
-    near = Neighbours(q)
-    p = p[morton_order(p)]
+    middle = np.eye(4)  # all is done about the middle of the target, so that no digits are lost far from the origin
+    middle[:3, 3] = np.ones(len(q)) @ q / len(q)
+    T = transforms.compose(transforms.invert(middle), T, middle)
+    partners = Partners(q - middle[:3, 3], n, p[morton_order(p)] - middle[:3, 3])
     done: list[IcpStep] = []
     still = False
     for reach in radii:
         for _ in range(int(steps)):
-            moved = transforms.apply(T, p)
-            step, entry = _step(moved, near, n, reach, keep, kernel)
+            step, entry = _step(partners, T, reach, keep, kernel)
             T = step @ T
             done.append(entry)
             still = max(entry.rotation, entry.translation) < tolerance
             if still:
                 break
-    distance, _ = near.nearest(transforms.apply(T, p), 1, radii[-1], sort=False)
-    inside = np.isfinite(distance[:, 0])
-    rmse = float(np.sqrt(np.mean(distance[inside, 0] ** 2))) if inside.any() else float("nan")
+    distance = partners.find(T, radii[-1])
+    inside = distance <= radii[-1]
+    rmse = float(np.sqrt(np.mean(distance[inside] ** 2))) if inside.any() else float("nan")
+    T = transforms.compose(middle, T, transforms.invert(middle))
     return IcpResult(T, float(inside.mean()), rmse, tuple(done), still)
 
 
 def _step(
-    moved: NDArray[np.float64],
-    near: Neighbours,
-    normals: NDArray[np.float64] | None,
-    radius: float,
-    keep: float,
-    kernel: str,
+    partners: Partners, T: NDArray[np.float64], radius: float, keep: float, kernel: str
 ) -> tuple[NDArray[np.float64], IcpStep]:
     """Pair, reject, weigh, fit: one step from where the source lies now."""
-    distance, index = (each[:, 0] for each in near.nearest(moved, 1, radius, sort=False))
-    found = np.flatnonzero(np.isfinite(distance))
+    distance = partners.find(T, radius)
+    found = np.flatnonzero(distance <= radius)
     if keep < 1 and len(found):
         found = found[np.argsort(distance[found], kind="stable")[: max(1, round(keep * len(found)))]]
-    least = 3 if normals is None else 6
+    least = 3 if partners.normals is None else 6
     if len(found) < least:
         raise ValueError(
             f"radius: {len(found)} source points have a target point within {radius:g} m, and a step needs {least}; "
             "begin nearer, or with a larger radius."
         )
-    p, q = moved[found], near.points_at(index[found])
-    if normals is None:
-        residual = distance[found]
-        weights = _weights(residual, kernel)
-        step = _fit_rigid(p, q, weights)
+    which = found if len(found) < len(distance) else slice(None)
+    p, q, distance = partners.moved[which], partners.points[which], distance[which]
+    if partners.normals is None:
+        step = _fit_rigid(p, q, robust_weights(distance, kernel))
         if step is None:
             raise ValueError("source: its paired points lie on a line, and any turn about it fits as well.")
     else:
-        n = normals[index[found]]
-        weights = _weights(np.abs(np.einsum("ij,ij->i", q - p, n)), kernel) if kernel != "none" else None
+        n = partners.normals[which]
+        weights = robust_weights(np.abs(np.einsum("ij,ij->i", q - p, n)), kernel) if kernel != "none" else None
         step = _fit_planes(p, q, n, weights)
     angle = float(np.arccos(np.clip((np.trace(step[:3, :3]) - 1) / 2, -1, 1)))
-    middle = p.mean(axis=0)
+    middle = np.ones(len(p)) @ p / len(p)
     shift = float(np.linalg.norm(step[:3, :3] @ middle + step[:3, 3] - middle))
-    rmse = float(np.sqrt(np.mean(distance[found] ** 2)))
-    return step, IcpStep(radius, len(found), rmse, angle, shift)
-
-
-def _weights(residual: NDArray[np.float64], kernel: str) -> NDArray[np.float64] | None:
-    """Weights of iteratively reweighted least squares; None where all count alike."""
-    scale = 1.4826 * float(np.median(residual))
-    if kernel == "none" or scale == 0:
-        return None
-    ratio = residual / scale
-    if kernel == "huber":
-        return np.minimum(1.0, HUBER / np.maximum(ratio, 1e-12))
-    return np.where(ratio < TUKEY, (1 - (ratio / TUKEY) ** 2) ** 2, 0.0)
+    return step, IcpStep(radius, len(found), float(np.sqrt(distance @ distance / len(found))), angle, shift)
 
 
 def _pairs(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None) -> tuple:

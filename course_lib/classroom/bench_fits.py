@@ -53,7 +53,7 @@ def _two_clouds(n: int, per_area: float | None = None) -> tuple[np.ndarray, np.n
     """Source, target and the target's normals: two independent samples of the surface, turned and shifted."""
     target, other = inputs.field(n, 1, per_area), inputs.field(n, 2, per_area)
     middle = target.mean(axis=0)
-    turn = transforms.from_rotation_translation(transforms.rotation_z(np.radians(TURN_DEGREES)), np.zeros(3))
+    turn = transforms.rotation_z(np.radians(TURN_DEGREES))
     shifted = transforms.apply(turn, other - middle) + middle + np.array([SHIFT, 0, 0])
     return shifted, target, inputs.slope_normals(target)
 
@@ -75,9 +75,10 @@ def _icp(to_planes: bool) -> Case:
     def agree() -> None:
         result = ours()
         assert len(result.steps) == STEPS
-        T = transforms.compose(transforms.invert(np.array(theirs().transformation)), result.T_target_source)
-        turned = np.degrees(transforms.rotation_angle(T))
-        moved = np.linalg.norm(transforms.apply(T, source.mean(axis=0, keepdims=True)) - source.mean(axis=0))
+        other = np.array(theirs().transformation)
+        turned = transforms.pose_error(result.T_target_source, other).degrees
+        middle = source.mean(axis=0, keepdims=True)
+        moved = np.linalg.norm(transforms.apply(result.T_target_source, middle) - transforms.apply(other, middle))
         assert turned <= 1e-3 and moved <= 1e-4, f"{turned} degrees, {1000 * moved} mm apart"
 
     name = "to plane" if to_planes else "to point"

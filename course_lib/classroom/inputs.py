@@ -25,7 +25,7 @@ def slope_normals(points: np.ndarray) -> np.ndarray:
 
 
 def field(n: int, seed: int, per_area: float | None = None, noise: float = NOISE) -> np.ndarray:
-    """(n, 3) points of the surface with noise, on 20 x 20 m; with `per_area` points a square metre, on as large a square.
+    """(n, 3) points of the surface with noise on 20 x 20 m; with `per_area` points a square metre, on a fitting square.
 
     A fixed density is what makes times of different n comparable: each point then has as many neighbours.
     """

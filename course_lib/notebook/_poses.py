@@ -88,6 +88,20 @@ def read_log(path: Path) -> np.ndarray:
     return np.stack([_nearest_rigid(T, path) for T in matrices.reshape(-1, 4, 4)])
 
 
+def read_matrix(path: Path) -> np.ndarray:
+    """Read one rigid 4x4 matrix of four lines of four numbers; what its digits round off is put right.
+
+    Raises
+    ------
+    Refusal
+        If it is not such a matrix.
+    """
+    rows = _rows(path, 4, "a 4x4 matrix")
+    if rows.shape != (4, 4):
+        raise Refusal(f"{shown(path)} has {len(rows)} lines of numbers, a 4x4 matrix has four.")
+    return _nearest_rigid(rows, path)
+
+
 def read_bun_conf(path: Path) -> dict[str, np.ndarray]:
     """Read the poses of Stanford's scans: lines of bmesh NAME tx ty tz qi qj qk qr.
 

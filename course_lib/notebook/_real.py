@@ -201,6 +201,14 @@ def _clouds(entry: Entry, paths: dict[str, Path]) -> Dataset:
     return replace(_base(entry, paths), held={"clouds": Parts(makers, entry.name)})
 
 
+def _scan_pair(entry: Entry, paths: dict[str, Path]) -> Dataset:
+    """Two clouds, source and target, and the motion between them as the publisher gives it."""
+    makers = {name: lambda path=paths[f"{name}.ply"]: files.read_cloud(path) for name in ("source", "target")}
+    reference = {"T_target_source": lambda: _poses.read_matrix(paths["T_target_source.txt"])}
+    held = {"clouds": Parts(makers, entry.name), "reference": Parts(reference, f"the reference of {entry.name}")}
+    return replace(_base(entry, paths), held=held)
+
+
 def _bunny(entry: Entry, paths: dict[str, Path]) -> Dataset:
     """The zippered bunny first; its raw scans as clouds; their registration as the reference."""
     stems = {Path(name).stem: path for name, path in paths.items() if path.suffix == ".ply"}
@@ -220,5 +228,6 @@ READERS: dict[str, Callable[[Entry, dict[str, Path]], Dataset]] = {
     "redwood": _redwood,
     "slambook": _slambook,
     "clouds": _clouds,
+    "scan_pair": _scan_pair,
     "bunny": _bunny,
 }

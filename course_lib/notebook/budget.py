@@ -30,6 +30,7 @@ STAGES: tuple[Stage, ...] = (
     Stage("intrinsics", "pixel centres half a pixel off", "px", "03_depth_to_points"),
     Stage("downsampling", "voxel grid", "mm", "04_downsampling"),
     Stage("outliers", "outliers left in", "%", "05_outliers"),
+    Stage("plane", "tilt of a plane fitted to a table", "deg", "06_planes"),
     Stage("registration", "registration of two views", "mm", "07_icp"),
     Stage("drift", "drift of odometry", "%", "10_rgbd_odometry"),
     Stage("calibration", "calibration", "px", "11_d455_calibration"),

@@ -109,6 +109,27 @@ def render_labelled(
     return frame, label.reshape(size)
 
 
+def render_paint(scene: Scene, camera: PinholeCamera, T_world_camera: np.ndarray) -> np.ndarray:
+    """The paint (H, W, 3) uint8 of what each pixel's centre sees, without light or blur; black where no picture is.
+
+    This is the truth about what is printed on a surface, however dark or bright the light makes it.
+    """
+    T = check_rigid(T_world_camera)
+    hits = cast(scene, T[:3, 3], rotate(T.astype(np.float32), pixel_rays(camera).reshape(-1, 3).astype(np.float32)))
+    out = np.zeros((camera.height * camera.width, 3), np.uint8)
+    way = scene.picture_map[hits.triangle]
+    uv = way[:, :2] + hits.bary[:, :1] * way[:, 2:4] + hits.bary[:, 1:] * way[:, 4:]
+    surface = np.where(hits.triangle >= 0, scene.triangle_surface[hits.triangle], -1)
+    for number in np.unique(surface[surface >= 0]):
+        if scene.is_solid[number]:
+            continue
+        paint, here = scene.surfaces[number].paint, surface == number
+        size = np.array([paint.shape[1], paint.shape[0]])
+        u, v = np.clip((uv[here] * size).astype(int), 0, size - 1).T
+        out[here] = paint[v, u]
+    return out.reshape(camera.height, camera.width, 3)
+
+
 def render(scene: Scene, camera: PinholeCamera, T_world_camera: np.ndarray, *, name: str = "") -> RGBDFrame:
     """Take an ideal picture of a scene: no noise, no blur, exact depth.
 

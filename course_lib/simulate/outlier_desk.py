@@ -1,7 +1,7 @@
 """A desk seen by a D455 that makes every mistake: each measured point is labelled with what it is.
 
-To the desk of `course_lib.simulate.scenes` come a lamp on a thin rod, a cable that hangs from above, and a tablet
-whose glass mirrors. The camera measures it with the noise of `course_lib.simulate.d455`; then some pixels are matched
+To the desk of `course_lib.simulate.scenes` come a lamp on a thin rod, a cable that hangs from above, and a tablet whose
+glass mirrors. The camera measures it with the noise of `course_lib.simulate.d455`; then some pixels are matched
 wrongly, and parts of the glass show what they mirror, at the depth of the mirror image.
 """
 

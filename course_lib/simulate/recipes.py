@@ -31,10 +31,10 @@ import numpy as np
 
 from course_lib.cameras import PinholeCamera, preset
 from course_lib.simulate import d455, outlier_desk, shapes
-from course_lib.simulate.camera import render_labelled
-from course_lib.simulate.scenes import TABLE, Scene, check_seed, desk, living_room
+from course_lib.simulate.camera import render_labelled, render_paint
+from course_lib.simulate.scenes import DESK_TOP, TABLE, Scene, check_seed, desk, living_room
 from course_lib.simulate.trajectories import handheld, path_length
-from course_lib.transforms import compose, invert
+from course_lib.transforms import compose, invert, look_at
 
 Progress = Callable[[int, int], None]
 
@@ -186,6 +186,24 @@ def _desk_pair(seed: int, progress: Progress) -> RecipeOutput:
     return _shots(seed, scene, camera, poses, progress, "Two views of a desk", T_first_second=T_first_second)
 
 
+def _lettered_box(seed: int, progress: Progress) -> RecipeOutput:
+    scene, camera = desk(seed), preset("d455_depth_848x480")
+    eyes = ((-0.33, -0.44, 1.03), (-0.12, -0.42, 1.06), (-0.50, -0.36, 1.08))
+    poses = [look_at(eye, (-0.30, 0.12, 0.81)) for eye in eyes]
+    box = scene.label("box")
+    sides = [surface.shape.points for surface in scene.surfaces if surface.name == "box"]
+    ends = np.concatenate([side[[0, 0, -1, -1], [0, -1, 0, -1]] for side in sides])
+    out = _shots(
+        seed, scene, camera, poses, progress, "A black box with white text on a desk",
+        desk_plane=np.array([0.0, 0.0, 1.0, -DESK_TOP]),
+        box_corners=np.unique(ends.round(6), axis=0),
+    )
+    white = [render_paint(scene, camera, T).min(axis=-1) > 128 for T in poses]
+    seen = [frame["labels"] == box for frame in out.frames]
+    out.truth["ink"] = np.stack([w & s for w, s in zip(white, seen, strict=True)])
+    return out
+
+
 OUTLIER_DESKS = 6
 
 
@@ -230,5 +248,6 @@ RECIPES: dict[str, Recipe] = {
         Recipe("living_room", 7, 1, "Thirty hand-held D455-like frames around a table in a room.", _living_room),
         Recipe("desk_outliers", 7, 1, "Six D455-like desks, each point labelled with its kind.", _desk_outliers),
         Recipe("desk_pair", 7, 1, "Two D455-like close-ups of a desk, the motion between them exact.", _desk_pair),
+        Recipe("lettered_box", 7, 1, "Three close-ups of a black box with white text, all of it known.", _lettered_box),
     )
 }

@@ -18,6 +18,7 @@ __all__ = ["NOTHING", "Scene", "Surface", "check_seed", "desk", "living_room"]
 ROOM = ((-2.5, -2.3), (2.6, -2.3), (2.6, 3.5), (0.95, 3.5), (0.95, 1.95), (-2.5, 1.95))
 HEIGHT = 2.6
 TABLE = (0.0, 0.15, 0.755)  # the middle of its top
+DESK_TOP = 0.74  # height of the desk's top
 WINDOW = (-2.5, (-0.9, 0.7), (0.95, 2.15))  # x; y and z from–to
 
 
@@ -191,7 +192,7 @@ def desk(seed: int = 0) -> Scene:
     Scene with the views "first" and "second" (those of the recipe desk_pair) and "overview".
     """
     rng = np.random.default_rng([check_seed(seed), 102])
-    top = 0.74
+    top = DESK_TOP
     surfaces = furniture.table(rng, (0, 0, 0), (1.6, 0.8, top), furniture.PINE)
     wall = textures.plaster(rng, textures.shape_of(4.4, 2.4, 0.004), (196, 206, 212), 0.016)
     side = textures.plaster(rng, textures.shape_of(3.4, 2.4, 0.006), (214, 208, 196), 0.016)

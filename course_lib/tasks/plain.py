@@ -90,6 +90,8 @@ class _Copier:
             return self.copy(value.tolist(), depth)
         _check_dtype(value.dtype, self.what)
         self._weigh(value.nbytes)
+        if value.size == 0 and max(value.shape) > MAX_BYTES:
+            raise ValueError(f"{self.what} is an empty array of shape {value.shape}, far larger than this task.")
         return np.array(value, dtype=value.dtype.newbyteorder("="), order="C", copy=True, subok=False)
 
     def _key(self, key: Any) -> str | int:
@@ -244,7 +246,11 @@ def from_wire(data: bytes) -> Plain:
             raise damaged
         buffers = [data[begin:end] for begin, end in zip(offsets[:-1], offsets[1:], strict=True)]
         return plain(_unpack(tree, buffers), "the value")
-    except (KeyError, TypeError, IndexError, UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
+    except (UnicodeDecodeError, json.JSONDecodeError) as error:
+        raise damaged from error
+    except ValueError:
+        raise
+    except Exception as error:  # whatever json and NumPy make of bytes that anybody made: OverflowError, SyntaxError …
         raise damaged from error
 
 

@@ -37,7 +37,7 @@ def forbidden_in_text(task: Task, source: str, given: str = "", apart: tuple[str
     try:
         body = ast.parse(source).body
         imported = dict(_imports(ast.parse(given))) | dict(_imports(ast.Module(body, [])))
-    except (SyntaxError, ValueError, RecursionError):
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
         return ""
     functions = {node.name: node for node in body if isinstance(node, (ast.FunctionDef, ast.ClassDef))}
     values = {

@@ -11,7 +11,7 @@ from course_lib.notebook._errors import DataMissing, NotHere, Refusal
 from course_lib.notebook._folder import from_folder
 from course_lib.simulate.recipes import RECIPES
 
-SYNTHETIC = ["bunny_like", "living_room", "desk_pair", "desk_outliers"]
+SYNTHETIC = ["bunny_like", "living_room", "desk_pair", "lettered_box", "desk_outliers"]
 REAL = [
     "stanford_bunny",
     "tum_pair",
@@ -22,6 +22,8 @@ REAL = [
     "realsense_slam",
     "tum_slambook",
     "pcl_tests",
+    "lidar_pair",
+    "feature_clouds",
 ]
 
 

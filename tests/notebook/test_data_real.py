@@ -259,3 +259,30 @@ def test_plain_and_realsense_intrinsics(tmp_path):
     path.write_text('{"width": 4, "height": 3, "fx": 5, "fy": 6, "ppx": 1.5, "ppy": 1.0}')
     camera = _poses.read_camera(path)
     assert (camera.cx, camera.cy, camera.source) == (1.5, 1.0, "read from camera.json")
+
+
+def test_the_lidar_pair_and_the_motion_between_its_scans():
+    pair = data.load("lidar_pair")
+    source, target = pair.clouds["source"].points, pair.clouds["target"].points
+    assert (len(source), len(target)) == (69_792, 69_088)
+    T = pair.reference["T_target_source"]
+    error = transforms.pose_error(T, np.eye(4))
+    assert error.metres == pytest.approx(0.504, abs=0.001) and error.degrees == pytest.approx(0.716, abs=0.001)
+    median = {
+        name: np.median(nearest_distances(transforms.apply(motion, source[::50]), target))
+        for name, motion in (("T", T), ("none", np.eye(4)), ("inverse", transforms.invert(T)))
+    }
+    assert median["inverse"] > 2 * median["T"]  # which way it maps; test_registration.py finds it by ICP
+    assert median["none"] < 0.9 * median["T"]  # rings on the ground travel with the scanner: the card warns of it
+
+
+def test_a_matrix_that_is_none_is_refused(tmp_path):
+    (tmp_path / "m.txt").write_text("1 0 0 0\n0 1 0 0\n")
+    with pytest.raises(Refusal, match=r"m\.txt has 2 lines of numbers"):
+        _poses.read_matrix(tmp_path / "m.txt")
+
+
+def test_the_feature_clouds():
+    clouds = data.load("feature_clouds").clouds
+    assert set(clouds) == {"cloud_bin_0", "cloud_bin_1"}
+    assert all(len(cloud) > 3000 and np.isfinite(cloud.points).all() for cloud in clouds.values())

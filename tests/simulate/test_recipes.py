@@ -8,13 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 
-from course_lib.cameras import PinholeCamera
+from course_lib.cameras import PinholeCamera, deproject
 from course_lib.rgbd import ENCODINGS, decode_depth
 from course_lib.simulate import d455
 from course_lib.simulate.recipes import RECIPES, RecipeOutput, living_room_path
 from course_lib.simulate.trajectories import path_length
-from course_lib.transforms import check_rigid, compose
+from course_lib.transforms import apply, check_rigid, compose
 
 ROOT = Path(__file__).parents[2]
 FINGERPRINT = """
@@ -101,6 +102,25 @@ def test_desk_pair_depth_agrees_with_its_truth(pair):
 def test_desk_pair_knows_the_motion_between_its_views(pair):
     first, second = pair.poses
     assert np.allclose(compose(first, pair.truth["T_first_second"]), second)
+
+
+def test_lettered_box_knows_its_planes_and_its_print():
+    output = RECIPES["lettered_box"].make()
+    check_form(output)
+    camera, box = PinholeCamera(**output.camera), output.meta["label_names"].index("box")
+    desk, corners, ink = (output.truth[name] for name in ("desk_plane", "box_corners", "ink"))
+    assert corners.shape == (8, 3) and np.linalg.matrix_rank(corners - corners.mean(axis=0)) == 3
+    assert np.allclose(np.sort(corners @ desk[:3] + desk[3]), [0, 0, 0, 0, 0.17, 0.17, 0.17, 0.17], atol=1e-6)
+    for frame, T, printed in zip(output.frames, output.poses, ink, strict=True):
+        assert printed.shape == frame["labels"].shape and printed.dtype == bool
+        assert (frame["labels"][printed] == box).all() and 4000 < printed.sum() < 7000
+        bright = frame["color"].min(axis=-1)
+        assert np.median(bright[printed]) > 130 > 70 > np.median(bright[(frame["labels"] == box) & ~printed])
+        points = apply(T, deproject(frame["depth_truth"], camera, dtype=np.float64)[printed])
+        sides = ConvexHull(corners).equations  # a printed pixel lies on a side of the box
+        assert np.abs((points @ sides[:, :3].T + sides[:, 3]).max(axis=1)).max() < 1e-4
+    raw = [frame["depth_raw"] for frame in output.frames]
+    assert all(0.85 < (depth[printed] > 0).mean() for depth, printed in zip(raw, ink, strict=True))
 
 
 def test_the_path_of_living_room():

@@ -14,6 +14,9 @@ from .reading import IntakeLimits, Unreadable
 
 __all__ = ["Member", "members"]
 
+NAME_BYTES = 1_000
+"""What one file may take of a zip's list of files, on average: its name and what is told of it."""
+
 
 @dataclass(frozen=True)
 class Member:
@@ -35,6 +38,7 @@ def members(data: bytes, limits: IntakeLimits) -> Iterator[Member]:
         If it is no zip, or holds or unpacks to more than the limits.
     """
     try:
+        _refuse_long_list(data, limits)
         archive = zipfile.ZipFile(io.BytesIO(data))
         infos = [info for info in archive.infolist() if not info.is_dir()]
     except (zipfile.BadZipFile, ValueError, EOFError, OSError, NotImplementedError) as error:
@@ -47,6 +51,13 @@ def members(data: bytes, limits: IntakeLimits) -> Iterator[Member]:
     seen: set[str] = set()
     for info in infos:
         yield _member(archive, info, seen, limits)
+
+
+def _refuse_long_list(data: bytes, limits: IntakeLimits) -> None:
+    """Refuse a zip by the length of its list of files, before millions of them are read into memory."""
+    end = zipfile._EndRecData(io.BytesIO(data))  # type: ignore[attr-defined]  # what ZipFile itself goes by
+    if end and end[zipfile._ECD_SIZE] > limits.archive_members * NAME_BYTES:  # type: ignore[attr-defined]
+        raise Unreadable("zip bomb", f"the zip lists far more than {limits.archive_members} files.")
 
 
 def _member(archive: zipfile.ZipFile, info: zipfile.ZipInfo, seen: set[str], limits: IntakeLimits) -> Member:

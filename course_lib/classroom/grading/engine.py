@@ -36,6 +36,8 @@ __all__ = ["Run", "run_notebook"]
 INI = "[pytest]\naddopts =\n"
 KINDS = ("answer", "not started", "raised", "not plain")
 MOST_TEXT = 400
+MOST_LINES = 2_000
+"""A cell's lines are counted in messages up to here; a million empty ones before each statement would fill memory."""
 
 
 @dataclass
@@ -47,6 +49,7 @@ class Run:
     outcomes : task to one outcome a case, as the kernel told.
     reasons : task to (code, sentence) where there is no answer.
     raised : task to the first error of its cells.
+    left : seconds of `limits.total_seconds` that the submission still has; all of them if it is not told.
     """
 
     held: Held
@@ -65,14 +68,27 @@ class Run:
     given_up: bool = False
     trouble: str = ""
     kernel: Kernel | None = None
-    seconds: float = 0.0
+    left: float = -1.0
+
+    def __post_init__(self) -> None:
+        if self.left < 0:
+            self.left = self.limits.total_seconds
+
+    def end_kernel(self) -> None:
+        """End the kernel, and count how long it ran: what is left is for the next one."""
+        if self.kernel is not None:
+            self.left = max(0.0, self.left - self.kernel.age())
+            self.kernel.stop()
+            self.kernel = None
 
     def strike(self, task: str, strike: Strike) -> None:
         """A limit struck, or the kernel is gone: the running task has no answer."""
         if task:
             self.outcomes.pop(task, None)
             self.reasons.setdefault(task, (strike.code, strike.sentence))
-        self.notices.append(Notice(code=strike.code, task=task, text=strike.sentence))
+        notice = Notice(code=strike.code, task=task, text=strike.sentence)
+        if notice not in self.notices:
+            self.notices.append(notice)
 
     def note_answer(self, content: Any) -> list[tasks.Outcome] | None:
         """Count an answer under its nonce; give its outcomes if the nonce is known."""
@@ -96,15 +112,14 @@ class _File(IPyNbFile):
         run = self.run
         run.kernel = None
         try:
-            run.kernel = Kernel(run.held, run.room, run.limits, run.folder, run.note_answer)
+            run.kernel = Kernel(run.held, run.room, run.limits, run.folder, run.note_answer, run.left)
         except Exception as error:
             run.trouble = f"{type(error).__name__}: {error}"
             raise
         self.kernel = run.kernel
 
     def teardown(self) -> None:
-        if self.run.kernel is not None:
-            self.run.kernel.stop()
+        self.run.end_kernel()
 
     def collect(self) -> Iterator[pytest.Item]:
         self.nb = nbformat.read(str(self.path), as_version=4)
@@ -129,9 +144,11 @@ class _File(IPyNbFile):
                 text = "The kernel died a second time: the tasks that were still to come were not run."
                 run.notices.append(Notice(code="given up", task="", text=text))
             raise Strike("died twice", "The kernel died twice; this task came after.")
+        run.end_kernel()
+        if run.left <= 0:
+            told = f"total_seconds = {run.limits.total_seconds:g}"
+            raise Strike("timeout", f"Time for the whole submission was up ({told}).")
         run.restarts += 1
-        if run.kernel is not None:
-            run.kernel.stop()
         text = "The kernel was started again once, without the cells of the task that ended it."
         run.notices.append(Notice(code="restarted", task=task, text=text))
         self.start()
@@ -155,7 +172,12 @@ class _Cell(IPyNbCell):
     def execute(self) -> None:
         kernel = self.parent.run.kernel
         with kernel.limit(self.parent.run.limits.cell_seconds, "cell_seconds"):
-            IPyNbCell.runtest(self)
+            try:
+                IPyNbCell.runtest(self)
+            except (NbCellError, Strike):
+                raise
+            except Exception as error:  # what a kernel sends can upset nbval; it must not upset the whole run
+                raise NbCellError(self.cell_num, f"nbval: {error}", self.cell.source, "") from error
 
     def runtest(self) -> None:
         run = self.parent.run
@@ -237,7 +259,7 @@ def _outcomes(told: Any, count: int) -> list[tasks.Outcome] | None:
         if item["kind"] == "answer":
             try:
                 answer = tasks.from_wire(base64.b64decode(item["answer"], validate=True))
-            except (ValueError, KeyError, TypeError):
+            except Exception:  # whatever is wrong with bytes that anybody may have made
                 return None
         trouble, printed, warned = (text[:MOST_TEXT] for text in texts)
         if item["kind"] != "answer" and not trouble:
@@ -293,7 +315,9 @@ def run_notebook(run: Run, rebuilt: Rebuilt) -> None:
     cells = []
 
     def add(task: str, source: str, line: int = 1, probe: bool = False) -> None:
-        cell = nbformat.v4.new_code_cell("#\n" * (line - 1) + source, metadata={"task": task, "probe": probe})
+        cell = nbformat.v4.new_code_cell(
+            "#\n" * min(line - 1, MOST_LINES) + source, metadata={"task": task, "probe": probe}
+        )
         cells.append(cell)
 
     for piece in rebuilt.given:

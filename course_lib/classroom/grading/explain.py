@@ -23,7 +23,7 @@ def explain(ledger: Ledger, one: Standing, task: tasks.Task) -> Iterator[str]:
         mark = "->" if one.entry is not None and entry.id == one.entry.id else "  "
         late = ", marked late" if entry.late else ""
         yield f" {mark} attempt {entry.attempt}: {clean(entry.path)}, received {entry.received or 'unknown'}{late}"
-        yield f"      sha256 {entry.sha256 or 'none'}" + (f"; {entry.trouble}" if entry.trouble else "")
+        yield f"      sha256 {entry.sha256 or 'none'}" + (f"; {clean(entry.trouble)}" if entry.trouble else "")
     policy = (ledger.settings("policy") or {}).get("counts", "last")
     yield f"The attempt that counts (->) is the {policy} one."
     if one.record is None:
@@ -38,7 +38,7 @@ def explain(ledger: Ledger, one: Standing, task: tasks.Task) -> Iterator[str]:
             yield f"  seen: {clean(notice['text'])} [{notice['code']}]"
     mine = next((item for item in one.tasks if item.id == task.id), None)
     if mine is None or mine.record is None:
-        yield f"No points: {record['reason'] or 'the task is not in the record.'}"
+        yield f"No points: {clean(record['reason']) or 'the task is not in the record.'}"
         return
     yield ""
     yield "What was run:"

@@ -18,36 +18,15 @@ __all__ = ["feedback_page", "write_feedback"]
 
 _INPUTS = re.compile(r" It was given .*$", re.S)
 
-TOLD = (
-    "helpers",
-    "moved",
-    "several",
-    "cells gone",
-    "cells changed",
-    "cells doubled",
-    "cells moved",
-    "restarted",
-    "given up",
-    "timeout",
-    "memory",
-    "processes",
-    "output",
-    "files",
-    "died",
-    "oversized",
-    "doubled",
-    "forged",
-)
-"""Codes of notices that a student is told; others are for the instructor."""
+REPAIRED = ("helpers", "moved", "several", "cells gone", "cells changed", "cells doubled", "cells moved")
+"""Codes of notices of what was repaired, which cost nothing; a student is told."""
+HAPPENED = ("restarted", "given up")
+"""Codes of notices of what happened to the run as a whole; what struck one task stands with that task."""
 KIND = {
     "passed": ("good", "Right on all fresh inputs."),
     "failed": ("wrong", ""),
     "raised": ("wrong", "Your code stopped with an error."),
-    "not started": (
-        "open",
-        "Not started: the task still had its `raise NotImplementedError` line. Its points were the "
-        "only ones that this cost.",
-    ),
+    "not started": ("open", "Not started: its function still raises NotImplementedError. That cost no other points."),
     "by hand": ("open", "Handed in. Your instructor reads this answer and gives the points."),
     "missing": ("open", "No answer was found for this task. If you wrote one, tell your instructor where."),
     "refused": ("wrong", "Not counted, because of what it calls."),
@@ -84,14 +63,25 @@ def feedback_page(one: Any) -> str:
         lab_title=_lab_title(one.lab),
         name=one.name or one.student,
         excused=one.status == "excused",
-        unreadable=record["reason"] if record is not None and one.status == "unreadable" else "",
+        unreadable=_sentence(record["reason"]) if record is not None and one.status == "unreadable" else "",
         points=one.points or 0.0,
         max=one.max,
         to_mark=one.to_mark,
         late=one.late_reason if one.kept < 1 else "",
         tasks=[_task(task) for task in one.tasks],
-        notices=[n["text"] for n in record["notices"] if n["code"] in TOLD] if record is not None else [],
+        repaired=_notices(record, REPAIRED),
+        happened=_notices(record, HAPPENED),
     )
+
+
+def _notices(record: Any, codes: Sequence[str]) -> list[str]:
+    """The sentences of some notices, each once and as a sentence begins."""
+    found = [n["text"] for n in record["notices"] if n["code"] in codes] if record is not None else []
+    return [_sentence(text) for text in dict.fromkeys(found)]
+
+
+def _sentence(text: str) -> str:
+    return text[:1].upper() + text[1:]
 
 
 def _lab_title(lab: str) -> str:

@@ -8,6 +8,7 @@ from course_lib import tasks
 from course_lib.classroom.tree import CourseError, nearest
 
 from .ledger import Ledger
+from .pages import clean
 from .standing import Standing, standings
 
 __all__ = ["find_lab", "find_standing", "find_task"]
@@ -38,5 +39,5 @@ def find_standing(ledger: Ledger, student: str, lab: str) -> Standing:
     for one in everybody:
         if one.student == student and student:
             return one
-    people = [one.student for one in everybody if one.student] + [one.name for one in everybody]
+    people = [clean(name) for one in everybody for name in (one.student, one.name) if name]
     raise CourseError(f"nobody with the id {student!r} is known at lab {lab}.{nearest(student, people)}")

@@ -28,6 +28,7 @@ from .roster import Roster
 __all__ = ["IntakeLimits", "Submission", "Unreadable", "notebook_of", "original", "read_class"]
 
 IGNORED = (".ipynb_checkpoints", "__MACOSX", ".DS_Store", "Thumbs.db", "desktop.ini", ".git")
+_MOODLE_MARK = "_assignsubmission_"
 _MOODLE = re.compile(r"^(?P<name>.+?)_(?P<id>\d+)_assignsubmission_[a-z]+(?:_(?P<file>.*))?$", re.S)
 _CANVAS = re.compile(r"^(?P<name>[^_]+)(?P<late>_LATE)?_(?P<id>\d+)_(?P<sub>\d+)_(?P<file>.+)$", re.S)
 _AGAIN = re.compile(r"-(\d+)(?=\.[A-Za-z]+$)")
@@ -238,17 +239,22 @@ def _submission(
 
 
 def _author(parts: tuple[str, ...]) -> tuple[str, tuple[str, ...], tuple[str, ...], bool, int]:
-    """Layout, ids, names, mark of lateness and number of the attempt, from where a file lies."""
+    """Layout, ids, names, mark of lateness and number of the attempt, from where a file lies.
+
+    Only the first part is the LMS's or the instructor's; folders and names below it are chosen by whoever handed in,
+    and could name somebody else.
+    """
     file = parts[-1]
     again = _AGAIN.search(file)
     attempt = int(again[1][:6]) if again else 0
-    for part in parts[:-1][::-1] + (file,):
-        moodle = _MOODLE.match(part)
-        if moodle:
-            return "moodle", (moodle["id"],), (moodle["name"],), False, attempt
-    canvas = _CANVAS.match(file)
+    canvas = _CANVAS.match(file) if len(parts) == 1 else None
+    if parts[0].count(_MOODLE_MARK) > 1 or (canvas and _MOODLE_MARK in file):
+        return "loose", (parts[0],), (parts[0],), False, attempt  # two can be meant: a person decides
     if canvas:
         return "canvas", (canvas["id"],), (canvas["name"],), canvas["late"] is not None, attempt
+    moodle = _MOODLE.match(parts[0])
+    if moodle:
+        return "moodle", (moodle["id"],), (moodle["name"],), False, attempt
     if len(parts) > 1:
         return "folders", (parts[0],), (parts[0],), False, attempt
     stem = re.sub(r"(\.ipynb|\.zip)+$", "", file, flags=re.I)

@@ -33,6 +33,14 @@ __all__ = ["Kernel", "Strike"]
 
 TICK = 0.05
 """Seconds between two looks of the watchdog."""
+NEEDED: dict[str, dict[str, type]] = {
+    "status": {"execution_state": str},
+    "stream": {"name": str, "text": str},
+    "display_data": {"data": dict, "metadata": dict},
+    "execute_result": {"data": dict, "metadata": dict, "execution_count": int},
+    "error": {"ename": str, "evalue": str, "traceback": list},
+}
+"""What nbval and `ask` read of a message of each kind, unasked; a message without it is none."""
 SOCKETS = 8
 """A kernel makes five sockets; more entries in their folder are somebody's files."""
 
@@ -69,10 +77,20 @@ class Kernel(RunningKernel):
     ----------
     folder : a private, short, absolute path; sockets live below it.
     note_answer : called with each answer that the kernel publishes; gives what is to be returned by `ask`.
+    seconds : what is left of `limits.total_seconds` for this submission.
     """
 
-    def __init__(self, held: Held, room: Room, limits: Limits, folder: Path, note_answer: Callable[[Any], Any]) -> None:
+    def __init__(
+        self,
+        held: Held,
+        room: Room,
+        limits: Limits,
+        folder: Path,
+        note_answer: Callable[[Any], Any],
+        seconds: float | None = None,
+    ) -> None:
         self.limits = limits
+        self._seconds = limits.total_seconds if seconds is None else seconds
         self._note_answer = note_answer
         self._ready: dict[str, deque[dict]] = {"iopub": deque(), "shell": deque()}
         self._struck: Strike | None = None
@@ -84,8 +102,9 @@ class Kernel(RunningKernel):
         for place in (self._closed, self._open):
             place.mkdir(mode=0o700)
         connection = self._closed / "c.json"
-        program = ["/course/kernel_main.py", "/course/room.json", str(connection)]
+        program = ["/course/kernel_main.py", "/course/room.json", str(connection), held.kind]
         self._start(held, room, connection, program)
+        self._began = time.monotonic()
         self._watchdog = threading.Thread(target=self._watch, daemon=True)
         self._watchdog.start()
         try:
@@ -105,7 +124,7 @@ class Kernel(RunningKernel):
         else:
             settings = room.folder / "room.json"
             words, environment = open_command(room, self._open)
-            specs.command = (*words, str(room.folder / "kernel_main.py"), str(settings), str(connection))
+            specs.command = (*words, str(room.folder / "kernel_main.py"), str(settings), str(connection), held.kind)
         self.context = zmq.Context()
         self.context.setsockopt(zmq.MAXMSGSIZE, int(self.limits.message_mb * 1e6))
         self.context.setsockopt(zmq.RECONNECT_IVL, -1)
@@ -123,14 +142,27 @@ class Kernel(RunningKernel):
             self.km.start_kernel(env=environment, cwd=str(self._closed), stdout=log, stderr=subprocess.STDOUT)
         self.process = psutil.Process(self.km.provisioner.pid)
         deadline = time.monotonic() + self.limits.start_seconds
-        while sum(1 for _ in self._open.iterdir()) < 5:
+        while self._sockets(held.kind) < 5:
             if not self.alive() or time.monotonic() > deadline:
                 tail = (self._closed / "said.txt").read_text(errors="replace")[-400:]
                 self.stop()
                 raise RuntimeError(f"the kernel did not start: {tail.strip()}")
             time.sleep(0.01)
         self.kc = self.km.client()
+        self.kc.ip = str(self._seen / "z")
         self.kc.start_channels(stdin=False, hb=False, control=True)
+
+    def _sockets(self, kind: str) -> int:
+        """How many there are; finds out where they are seen from outside: through a process of the sandbox."""
+        if kind == "none":
+            self._seen = self._open
+            return sum(1 for _ in self._seen.iterdir())
+        with contextlib.suppress(psutil.NoSuchProcess, OSError):
+            for one in self.process.children(recursive=True):
+                self._seen = Path(f"/proc/{one.pid}/root{self._open}")
+                if (count := sum(1 for _ in self._seen.iterdir())) > 0:
+                    return count
+        return 0
 
     # what is asked of it
 
@@ -222,9 +254,7 @@ class Kernel(RunningKernel):
             _, parts = self.kc.session.feed_identities(parts)
             message = self.kc.session.deserialize(parts)
             kind = message["msg_type"]
-            message["parent_header"].get("msg_id"), message["content"].get("data")
-            if kind == "status":
-                message["content"]["execution_state"]
+            _check(kind, message["parent_header"], message["content"])
             answer = kind == "display_data" and MIME in message["content"]["data"]
         except Exception as error:  # whatever a hostile kernel sends, the words for it are the same
             self.strike("garbled", f"The kernel sent something that is no message ({type(error).__name__}).")
@@ -252,7 +282,7 @@ class Kernel(RunningKernel):
         """Look at the kernel's processes from outside until it ends."""
         me = psutil.Process()
         mine = me.memory_info().rss
-        end = time.monotonic() + self.limits.total_seconds
+        end = self._began + self._seconds
         while self._struck is None and hasattr(self, "km"):
             time.sleep(TICK)
             try:
@@ -275,13 +305,25 @@ class Kernel(RunningKernel):
                     kind = {"memory": "memory", "processes": "processes", "output": "output"}[code]
                     self.strike(code, f"It used more {kind} than allowed ({words} = {most:g}).")
                     return
-            if sum(1 for _ in self._open.iterdir()) > SOCKETS:
-                self.strike("files", "It wrote files where only the kernel's sockets belong.")
-                return
+            with contextlib.suppress(FileNotFoundError, ProcessLookupError):  # it has just ended
+                if self._crowded():
+                    self.strike("files", "It wrote files where only the kernel's sockets belong.")
+                    return
             if time.monotonic() > end:
                 told = f"total_seconds = {limits.total_seconds:g}"
                 self.strike("timeout", f"Time for the whole submission was up ({told}).")
                 return
+
+    def _crowded(self) -> bool:
+        """Whether more than sockets lie in their folder, or nobody may look there any more."""
+        try:
+            return sum(1 for _ in self._seen.iterdir()) > SOCKETS
+        except PermissionError:
+            return True
+
+    def age(self) -> float:
+        """Seconds since it was ready for its first cell."""
+        return time.monotonic() - self._began
 
     def _kill(self) -> None:
         with contextlib.suppress(psutil.NoSuchProcess):
@@ -305,3 +347,14 @@ class Kernel(RunningKernel):
         self.context.destroy(linger=0)
         for place in (self._closed, self._open):
             shutil.rmtree(place, ignore_errors=sys.platform != "linux")
+
+
+def _check(kind: Any, parent: Any, content: Any) -> None:
+    """Raise for a message that lacks what those who get it read."""
+    if not isinstance(kind, str) or not isinstance(parent, dict) or not isinstance(content, dict):
+        raise TypeError("no message")
+    for name, form in NEEDED.get(kind, {}).items():
+        if not isinstance(content[name], form):
+            raise TypeError(name)
+    if kind == "error" and not all(isinstance(line, str) for line in content["traceback"]):
+        raise TypeError("traceback")

@@ -39,6 +39,16 @@ __all__ = [
 
 ROOT = Path(__file__).resolve().parents[3]
 MOST_SOURCE = 20_000
+SYSTEM_ERRORS = (
+    ("No space left on device", "folder_mb"),
+    ("File too large", "file_mb"),
+    ("Too many open files", "open_files"),
+    ("Unable to allocate", "memory_mb"),
+    ("MemoryError", "memory_mb"),
+    ("can't start new thread", "threads"),
+    ("Resource temporarily unavailable", "threads"),
+)
+"""What the system says inside when a limit strikes there, and which limit it is."""
 
 
 class Job(TypedDict):
@@ -192,12 +202,14 @@ def _grade(job: Job, record: Record, prepared: Prepared, held: Held, limits: Lim
     refused = {answer.slot.task.id: _refusal(answer, lab) for answer in rebuilt.answers if answer.state == "found"}
     cases = {slot.task.id: _cases(slot.task, job["seed"]) for slot in lab.slots}
     done: dict[str, Run] = {}
+    left = limits.total_seconds
     for group, room in prepared.rooms:
         with tempfile.TemporaryDirectory(prefix="cg-", ignore_cleanup_errors=True) as name:
             wanted = {task.id: cases[task.id] for task in group if not refused.get(task.id)}
-            run = Run(held, room, limits, Path(name), wanted)
+            run = Run(held, room, limits, Path(name), wanted, left=left)
             began = time.perf_counter()
             run_notebook(run, _part(rebuilt, set(wanted)))
+            left = run.left
             record["seconds"]["run"] = record["seconds"].get("run", 0.0) + round(time.perf_counter() - began, 3)
         done |= {task.id: run for task in group}
         record["notices"] += run.notices
@@ -206,7 +218,18 @@ def _grade(job: Job, record: Record, prepared: Prepared, held: Held, limits: Lim
         _judge(answer, cases[answer.slot.task.id], done[answer.slot.task.id], refused.get(answer.slot.task.id, ""))
         for answer in rebuilt.answers
     ]
+    for task in record["tasks"]:
+        if task["status"] == "raised":
+            task["error"] += _limit_behind(task["error"], limits)
     record["points"] = round(sum(task["points"] for task in record["tasks"]), 2)
+
+
+def _limit_behind(error: str, limits: Limits) -> str:
+    """The limit that an error of the system inside comes from, as a sentence; "" where none does."""
+    for words, name in SYSTEM_ERRORS:
+        if words in error:
+            return f" That is a limit of grading: {name} = {getattr(limits, name):g}."
+    return ""
 
 
 def _cases(task: tasks.Task, seed: int) -> tuple[tasks.Case, ...]:

@@ -22,6 +22,7 @@ class IntakeLimits:
 
     notebook_bytes: int = 20_000_000
     cells: int = 2_000
+    code_letters: int = 1_000_000
     depth: int = 100
     files: int = 20_000
     archive_members: int = 5_000
@@ -63,6 +64,10 @@ def notebook_of(data: bytes, limits: IntakeLimits) -> nbformat.NotebookNode:
     kept = [found for cell in cells if (found := _cell(cell)) is not None]
     if not any(cell["cell_type"] == "code" for cell in kept):
         raise Unreadable("no code", "the notebook has no code cell.")
+    letters = sum(len(cell["source"]) for cell in kept if cell["cell_type"] == "code")
+    if letters > limits.code_letters:
+        sentence = f"the notebook holds {letters:,} letters of code; {limits.code_letters:,} is the most."
+        raise Unreadable("too much code", sentence)
     return nbformat.from_dict({"cells": kept, "metadata": {}, "nbformat": 4, "nbformat_minor": 5})
 
 
@@ -116,9 +121,10 @@ def _whole(text: str) -> int:
 
 
 def _depth(text: str) -> int:
-    """How deep brackets are nested, outside of texts; a scan, so that no parser runs out of stack."""
+    """How deep brackets are nested, outside of texts; one pass, so that no parser runs out of stack, or of time."""
     depth = deepest = 0
-    for match in re.finditer(r'"(?:[^"\\]|\\.)*"|[\[{]|[\]}]', text, re.S):
+    plain = re.sub(r"\\.", "", text, flags=re.S)  # backslashes stand in texts only
+    for match in re.finditer(r'"[^"]*"?|[\[{]|[\]}]', plain):
         if match[0] in "[{":
             depth += 1
             deepest = max(deepest, depth)

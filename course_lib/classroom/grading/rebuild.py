@@ -11,7 +11,7 @@ import ast
 import builtins
 import re
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from IPython.core.inputtransformer2 import TransformerManager
@@ -24,6 +24,10 @@ from .released import ReleasedLab, Slot
 
 __all__ = ["Answer", "Piece", "Rebuilt", "rebuild"]
 
+MOST_MAGICS = 50
+"""A cell with more magics, or longer than MOST_LETTERS, loses whole lines of them: IPython reads it anew for each."""
+MOST_LETTERS = 20_000
+BUILTINS = frozenset(dir(builtins))
 MOST_PIECES = 60
 """So many statements of an answer are run one by one; the rest together."""
 
@@ -98,11 +102,13 @@ def rebuild(nb: NotebookNode, lab: ReleasedLab) -> Rebuilt:
         if _normal(statement) not in released_statements
     ]
     chosen = [_choose(slot, lab, cells, notices) for slot in lab.slots]
-    taken: set[int] = set()
-    for i, (answer, cell) in enumerate(chosen):
+    binding: dict[str, list[tuple[_Cell, ast.stmt]]] = {}
+    for cell, statement in own:
+        for name in _bound(statement):
+            binding.setdefault(name, []).append((cell, statement))
+    for answer, cell in chosen:
         if cell is not None and cell.tree is not None:
-            before = {id(other) for _, other in chosen[:i] if other is not None} | {id(cell)}
-            _fill(answer, cell, [item for item in own if id(item[0]) not in before], taken, notices)
+            _fill(answer, cell, binding, notices)
     notices += _frame_notices(cells, lab)
     pieces = [piece for name in lab.given for piece in _split("", lab.cells[name], given_trees[name])]
     return Rebuilt(pieces, [answer for answer, _ in chosen], notices)
@@ -132,19 +138,32 @@ def _plain_python(source: str) -> str:
         if lines[first].split()[0] not in ("%%time", "%%timeit", "%%capture", "%%prun"):
             return "\n".join(f"# {line}" for line in lines)
         lines[first] = f"# {lines[first]}"
+    magics = sum(line.lstrip()[:1] in ("%", "!", "?") or line.rstrip()[-1:] == "?" for line in lines)
+    if magics > MOST_MAGICS or len(source) > MOST_LETTERS:
+        return "\n".join(f"# {line}" if line.lstrip()[:1] in ("%", "!", "?") else line for line in lines)
     try:
         text = TransformerManager().transform_cell("\n".join(lines))
-    except (SyntaxError, ValueError, RecursionError):
+    except Exception:  # IPython's own parser, on what anybody wrote
         return "\n".join(lines)
     tree = _parse(text)[0]
     if tree is None:
         return "\n".join(lines)
     told = text.split("\n")
     for statement in tree.body:
-        if isinstance(statement, ast.Expr) and ast.unparse(statement).startswith("get_ipython()."):
+        if isinstance(statement, ast.Expr) and _is_magic(statement.value):
             for i in range(statement.lineno - 1, statement.end_lineno or statement.lineno):
                 told[i] = f"# {told[i]}"
     return "\n".join(told)
+
+
+def _is_magic(node: ast.AST) -> bool:
+    """Whether an expression is `get_ipython().…`, which IPython makes of a magic."""
+    while isinstance(node, (ast.Attribute, ast.Call)):
+        inner = node.func if isinstance(node, ast.Call) else node.value
+        if isinstance(node, ast.Attribute) and isinstance(inner, ast.Call) and isinstance(inner.func, ast.Name):
+            return inner.func.id == "get_ipython"
+        node = inner
+    return False
 
 
 def _parse(source: str) -> tuple[ast.Module | None, str]:
@@ -187,7 +206,7 @@ def _bound(statement: ast.stmt) -> set[str]:
 
 
 def _used(statement: ast.AST) -> set[str]:
-    return {node.id for node in ast.walk(statement) if isinstance(node, ast.Name)} - set(dir(builtins))
+    return {node.id for node in ast.walk(statement) if isinstance(node, ast.Name)} - BUILTINS
 
 
 def _choose(slot: Slot, lab: ReleasedLab, cells: Sequence[_Cell], notices: list[Notice]) -> tuple[Answer, _Cell | None]:
@@ -228,38 +247,53 @@ def _choose(slot: Slot, lab: ReleasedLab, cells: Sequence[_Cell], notices: list[
 def _fill(
     answer: Answer,
     chosen: _Cell,
-    own: Sequence[tuple[_Cell, ast.stmt]],
-    taken: set[int],
+    binding: Mapping[str, Sequence[tuple[_Cell, ast.stmt]]],
     notices: list[Notice],
 ) -> None:
-    """Split the chosen cell into pieces, after the learner's own helpers that it uses."""
+    """Split the chosen cell into pieces, after the learner's own helpers that it uses.
+
+    Every answer brings all of its helpers, shared ones too: the other answer may be refused, or end its kernel.
+
+    Parameters
+    ----------
+    binding : name to the learner's own statements that give it a value.
+    """
     assert chosen.tree is not None
     inside = {name for statement in chosen.tree.body for name in _bound(statement)}
     helpers: dict[int, tuple[_Cell, ast.stmt]] = {}
     wanted = set().union(*(_used(statement) for statement in chosen.tree.body)) - inside
+    itself = {id(statement) for _, statement in binding.get(answer.slot.function, ())}
     seen: set[str] = set()
-    while wanted - seen:
-        name = sorted(wanted - seen)[0]
+    waiting = list(wanted)
+    while waiting:
+        name = waiting.pop()
+        if name in seen:
+            continue
         seen.add(name)
-        for cell, statement in own:
-            bound = _bound(statement)
-            if name in bound and answer.slot.function not in bound and id(statement) not in helpers:
+        for cell, statement in binding.get(name, ()):
+            if cell is not chosen and id(statement) not in itself and id(statement) not in helpers:
                 helpers[id(statement)] = (cell, statement)
-                wanted |= _used(statement)
-    told = []
-    for cell, statement in sorted(helpers.values(), key=lambda item: (item[0].place, item[1].lineno)):
-        told.append(_with_decorators(cell.source, statement))
-        if id(statement) not in taken:
-            taken.add(id(statement))
-            answer.pieces.append(Piece(answer.slot.task.id, told[-1], statement.lineno))
+                waiting += _used(statement)
+    task = answer.slot.task.id
+    ordered = sorted(helpers.values(), key=lambda item: (item[0].place, item[1].lineno))
+    sources = {cell.place: cell.source.split("\n") for cell, _ in ordered}
+    told = [_with_decorators(sources[cell.place], statement) for cell, statement in ordered]
+    pieces = [Piece(task, text, statement.lineno) for text, (_, statement) in zip(told, ordered, strict=True)]
+    if len(pieces) > MOST_PIECES:
+        pieces = [*pieces[:MOST_PIECES], Piece(task, "\n".join(told[MOST_PIECES:]))]
+    answer.pieces += pieces
     if told:
-        _say(notices, "helpers", answer.slot, f"{len(told)} statements from other cells that it uses came with it.")
+        _say(notices, "helpers", answer.slot, _counted(told))
     answer.pieces += _split(answer.slot.task.id, chosen.source, chosen.tree)
     answer.source = "\n".join([*told, chosen.source])
 
 
-def _with_decorators(source: str, statement: ast.stmt) -> str:
-    lines = source.split("\n")
+def _counted(told: Sequence[str]) -> str:
+    much = "one statement from another cell" if len(told) == 1 else f"{len(told)} statements from other cells"
+    return f"{much}, which it uses, came with it."
+
+
+def _with_decorators(lines: Sequence[str], statement: ast.stmt) -> str:
     first = min([statement.lineno, *(d.lineno for d in getattr(statement, "decorator_list", []))])
     return "\n".join(lines[first - 1 : statement.end_lineno])
 
@@ -298,14 +332,22 @@ def _frame_notices(cells: Iterable[_Cell], lab: ReleasedLab) -> list[Notice]:
     doubled = sorted({name for name in ids if name and ids.count(name) > 1})
     order = [name for name in dict.fromkeys(ids) if name in lab.cells]
     for code, what, names in (
-        ("cells gone", "of the lab's cells are gone and were put back", gone),
-        ("cells changed", "of the lab's own cells were changed and were put back", changed),
-        ("cells doubled", "cells share an id", doubled),
+        (
+            "cells gone",
+            ("of the lab's cells is gone and was put back", "of the lab's cells are gone and were put back"),
+            gone,
+        ),
+        (
+            "cells changed",
+            ("of the lab's own cells was changed and put back", "of the lab's own cells were changed and put back"),
+            changed,
+        ),
+        ("cells doubled", ("cell stands there twice", "cells stand there twice"), doubled),
     ):
         if names:
-            found.append(Notice(code=code, task="", text=f"{len(names)} {what}."))
+            found.append(Notice(code=code, task="", text=f"{len(names)} {what[len(names) > 1]}."))
     if order != [name for name in lab.cells if name in set(order)]:
-        found.append(Notice(code="cells moved", task="", text="the cells stand in another order; it was put back."))
+        found.append(Notice(code="cells moved", task="", text="The cells stand in another order; it was put back."))
     return found
 
 

@@ -1,7 +1,7 @@
 """How a kernel that runs submitted code is held: bubblewrap's flags, chosen by a probe that looks, not believes.
 
 Inside there is: Python and the room, read-only; no network but a loopback of its own; its own processes; a sized /tmp;
-one folder for the kernel's sockets. Nothing of the grader, of other submissions, of the home folder.
+a little memory for the kernel's sockets. Nothing of the grader, of other submissions, of the home folder.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
+from .inside.kernel_main import REFUSED
 from .limits import Limits
 from .room import Room
 
@@ -32,6 +33,7 @@ TRIALS = (
     ("--unshare-user", "--unshare-cgroup-try"),
     ("--unshare-cgroup-try",),  # as root where user namespaces are forbidden
 )
+SOCKETS_BYTES = "1000000"
 ENVIRONMENT = {
     "PATH": "/usr/bin:/bin",
     "LANG": "C.UTF-8",
@@ -82,7 +84,8 @@ def bwrap_command(held: Held, room: Room, limits: Limits, program: Sequence[str]
     Parameters
     ----------
     program : its words; paths as they are inside.
-    shared : two folders, seen inside at the same paths: one to read (the connection file), one to write (sockets).
+    shared : two paths inside: a folder from outside to read (the connection file), and a place for sockets, which is
+        memory of the sandbox, so that nothing can be written to a disk outside.
     """
     folder = str(int(limits.folder_mb * 1e6))
     words = ["bwrap", *held.flags, *BASE, "--ro-bind", "/usr", "/usr"]
@@ -97,12 +100,14 @@ def bwrap_command(held: Held, room: Room, limits: Limits, program: Sequence[str]
         words += ["--ro-bind", base, base]
     for place in _other_packages(base):
         words += ["--size", "4096", "--tmpfs", place, "--remount-ro", place]
-    words += ["--proc", "/proc", "--dev", "/dev", "--size", "1000000", "--tmpfs", "/dev/shm", "--remount-ro", "/dev"]
+    # /dev/zero could be mapped as memory that belongs to no process, see inside/kernel_main.py
+    words += ["--proc", "/proc", "--dev", "/dev", "--dev-bind", "/dev/null", "/dev/zero"]
+    words += ["--size", "1000000", "--tmpfs", "/dev/shm", "--remount-ro", "/dev"]
     words += ["--size", folder, "--tmpfs", "/tmp", "--ro-bind", str(room.folder), "/course"]
     for name, path in room.packages:
         words += ["--ro-bind", str(path), f"/course/site/{name}"]
     if shared:
-        words += ["--ro-bind", str(shared[0]), str(shared[0]), "--bind", str(shared[1]), str(shared[1])]
+        words += ["--ro-bind", str(shared[0]), str(shared[0]), "--size", SOCKETS_BYTES, "--tmpfs", str(shared[1])]
     words += ["--dir", "/tmp/home", "--remount-ro", "/", "--chdir", "/tmp/home", "--setenv", "HOME", "/tmp/home"]
     for name, value in ENVIRONMENT.items():
         words += ["--setenv", name, value]
@@ -155,7 +160,8 @@ def probe_sandbox() -> Held:
     for flags in TRIALS:
         if "--unshare-user" not in flags and os.geteuid() != 0:
             continue
-        words = f"bwrap {' '.join(version)}: {' '.join((*flags, *BASE))}"
+        calls = f"system calls {'filtered' if platform.machine() in REFUSED else 'not filtered'}"
+        words = f"bwrap {' '.join(version)}: {' '.join((*flags, *BASE))}; {calls}"
         reason = _look(Held("bwrap", flags, words))
         if not reason:
             return Held("bwrap", flags, words)

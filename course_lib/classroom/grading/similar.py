@@ -78,7 +78,7 @@ def _tokens(source: str) -> list[str]:
     """The code as words: kinds of nodes and public names; the learner's own names by the order of their appearance."""
     try:
         tree = ast.parse(source)
-    except (SyntaxError, ValueError, RecursionError):
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
         return []
     own = _own_names(tree)
     order: dict[str, str] = {}

@@ -21,6 +21,7 @@ from .intake import IntakeLimits, Submission, original, read_class
 from .ledger import Entry, Ledger, Run
 from .limits import Limits, read_limits
 from .one import grader_version, held_by, unreadable_record
+from .pages import clean
 from .policy import read_extensions, read_policy
 from .pool import good_workers, grade_jobs
 from .private import keep_private, use_kept
@@ -35,6 +36,7 @@ __all__ = ["EXIT", "Settings", "grade", "grade_folder"]
 EXIT = {"all": 0, "person": 1, "usage": 2, "no sandbox": 3, "infrastructure": 4, "interrupted": 130}
 """Exit codes: all graded; some need a person; usage; no sandbox; infrastructure failures are left; interrupted."""
 
+MOST_LINE = 2_000
 Engine = Callable[[Sequence[dict[str, Any]], Callable[[int, Record], None]], None]
 
 
@@ -244,7 +246,7 @@ class _Tally:
         self._started = time.monotonic()
 
     def say(self, text: str) -> None:
-        self.console.print(text, markup=False, highlight=False)
+        self.console.print(clean(text, MOST_LINE), markup=False, highlight=False)
 
     def progress(self, total: int) -> Progress:
         self._bar = Progress(

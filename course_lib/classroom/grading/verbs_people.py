@@ -118,7 +118,9 @@ def adjust(
         if assign:
             paths = [entry.path for entry in ledger.entries(number) if not entry.student]
             if task not in paths:
-                raise CourseError(f"no submission {task!r} waits; waiting are: {', '.join(paths) or 'none'}.")
+                raise CourseError(
+                    f"no submission {task!r} waits; waiting are: {', '.join(map(clean, paths)) or 'none'}."
+                )
             ledger.decide(student, number, task, "assign", None, who, reason)
             click.echo(f"{task} is now {student}'s.")
             return

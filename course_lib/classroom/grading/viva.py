@@ -70,8 +70,9 @@ def readable(value: Plain) -> str:
     if isinstance(value, np.ndarray):
         if value.size <= MOST_NUMBERS:
             return np.array2string(value, precision=4, separator=", ", threshold=10**6).replace("\n", "\n      ")
-        corner = value[tuple(slice(0, 2) for _ in range(value.ndim))]
-        return f"{value.shape} {value.dtype}, beginning with {np.array2string(corner, precision=4, separator=', ')}"
+        first = value if value.ndim < 2 else value.reshape(-1, value.shape[-1])[:2]
+        corner = np.array2string(first[..., :4], precision=4, separator=", ").replace("\n", " ")
+        return f"{value.shape} {value.dtype}, beginning with {corner}"
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, (bytes, str)) and len(value) > 60:

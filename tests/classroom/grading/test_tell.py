@@ -17,6 +17,7 @@ from course_lib.classroom.grading.class_report import class_report
 from course_lib.classroom.grading.export import export_text, write_export
 from course_lib.classroom.grading.feedback import feedback_page, write_feedback
 from course_lib.classroom.grading.pages import clean, page_name, safe_cell
+from course_lib.classroom.grading.records import Notice
 from course_lib.classroom.grading.similar import similar_answers
 
 EVIL = "<script>alert(1)</script><img src=x onerror=alert(2)>\u202e\x00{{ 7 * 7 }}<a href='javascript:1'>"
@@ -79,7 +80,27 @@ def test_feedback_is_kind_to_an_untouched_task():
 def test_feedback_of_other_states(status):
     page = feedback_page(standing(status=status, record=a_record([], reason="it was cut off.")))
     harmless(page)
-    assert ("Excused" in page) == (status == "excused") and ("it was cut off." in page) == (status == "unreadable")
+    assert ("Excused" in page) == (status == "excused") and ("It was cut off." in page) == (status == "unreadable")
+
+
+def test_feedback_tells_what_struck_once_and_does_not_call_it_free():
+    struck = task_record(status="no answer", reason="timeout", error="Time was up (task_seconds = 30).", looks_like="")
+    notices = [
+        Notice(code="timeout", task="03-1", text="Time was up (task_seconds = 30)."),
+        Notice(code="restarted", task="03-1", text="The kernel was started again once."),
+    ]
+    page = feedback_page(standing(tasks=[struck], record=a_record([struck], notices=notices)))
+    assert page.count("Time was up") == 1 and page.count("started again once") == 1
+    assert "None of this cost" not in page
+    moved = a_record([struck], notices=[Notice(code="moved", task="03-1", text="it moved.")])
+    page = feedback_page(standing(tasks=[struck], record=moved))
+    assert "<li>It moved.</li>" in page and "None of this cost" in page
+
+
+def test_a_comment_for_moodle_never_calls_0_what_nobody_has_marked():
+    told = {row[0]: row[6] for row in csv.reader(io.StringIO(export_text(some(), "moodle")))}
+    assert told["Participant 5"] == "Task 1: up to 3, to be marked"
+    assert told["Participant 1"] == "Task 1: 3 of 3" and "0 of" not in told["Participant 4"]
 
 
 @pytest.mark.parametrize("name", NAMES)

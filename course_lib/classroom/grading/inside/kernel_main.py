@@ -1,17 +1,39 @@
 """The first program in the sandbox: takes limits upon itself, sets what can be imported, and becomes the kernel.
 
-Run as `python -I -S kernel_main.py room.json connection.json`, so that nothing of the machine is on `sys.path`. Here
-also live the stand-ins: what a lab imports to draw pictures is there by name and does nothing.
+Run as `python -I -S kernel_main.py room.json connection.json bwrap|none`, so that nothing of the machine is on
+`sys.path`. Here also live the stand-ins: what a lab imports to draw pictures is there by name and does nothing.
 """
 
+import ctypes
 import importlib
 import importlib.abc
 import importlib.machinery
 import json
 import os
+import platform
 import resource
+import struct
 import sys
 import types
+
+MMAP = {"x86_64": 9, "aarch64": 222}
+REFUSED = {
+    "x86_64": {
+        **{"shmget": 29, "semget": 64, "msgget": 68, "ptrace": 101, "mq_open": 240},
+        **{"add_key": 248, "request_key": 249, "keyctl": 250, "perf_event_open": 298, "process_vm_readv": 310},
+        **{"process_vm_writev": 311, "memfd_create": 319, "bpf": 321, "userfaultfd": 323, "io_uring_setup": 425},
+        **{"io_uring_enter": 426, "io_uring_register": 427, "pidfd_getfd": 438, "memfd_secret": 447},
+    },
+    "aarch64": {
+        **{"ptrace": 117, "mq_open": 180, "msgget": 186, "semget": 190, "shmget": 194},
+        **{"add_key": 217, "request_key": 218, "keyctl": 219, "perf_event_open": 241, "process_vm_readv": 270},
+        **{"process_vm_writev": 271, "memfd_create": 279, "bpf": 280, "userfaultfd": 282, "io_uring_setup": 425},
+        **{"io_uring_enter": 426, "io_uring_register": 427, "pidfd_getfd": 438, "memfd_secret": 447},
+    },
+}
+"""System calls that no lab needs: they hold memory that belongs to no process, so that nobody can count it, or read the
+keyring that a process inherits from whoever started the grader."""
+ARCHITECTURE = {"x86_64": 0xC000003E, "aarch64": 0xC00000B7}
 
 
 class Absent:
@@ -107,6 +129,32 @@ def take_away(names):
                         setattr(other, key, refusal)
 
 
+def refuse_calls():
+    """Have Linux answer "not permitted" to REFUSED, and to memory that is shared and has no file; for good.
+
+    Raises OSError where the filter cannot be set: then nothing is run here.
+    """
+    machine = platform.machine()
+    if machine not in REFUSED:
+        return
+    load, equal, least, both, give = 0x20, 0x15, 0x35, 0x54, 0x06
+    refuse, allow = 0x00050000 | 1, 0x7FFF0000
+    numbers = sorted(REFUSED[machine].values())
+    # to `refuse` from a line: as many lines as lie between; the last two lines are `allow` and `refuse`
+    lines = [(load, 0, 0, 4), (equal, 0, len(numbers) + 7, ARCHITECTURE[machine]), (load, 0, 0, 0)]
+    lines.append((least, len(numbers) + 5, 0, 0x40000000))  # the other numbering that x86-64 has
+    lines += [(equal, len(numbers) + 4 - i, 0, number) for i, number in enumerate(numbers)]
+    shared_without_file = 0x01 | 0x20
+    lines += [(equal, 0, 3, MMAP[machine]), (load, 0, 0, 16 + 8 * 3), (both, 0, 0, shared_without_file)]
+    lines += [(equal, 1, 0, shared_without_file), (give, 0, 0, allow), (give, 0, 0, refuse)]
+    program = ctypes.create_string_buffer(b"".join(struct.pack("HBBI", *line) for line in lines))
+    told = ctypes.create_string_buffer(struct.pack("HxxxxxxQ", len(lines), ctypes.addressof(program)))
+    libc = ctypes.CDLL(None, use_errno=True)
+    no_new_rights, set_filter, with_program = 38, 22, 2
+    if libc.prctl(no_new_rights, 1, 0, 0, 0) or libc.prctl(set_filter, with_program, told, 0, 0):
+        raise OSError(ctypes.get_errno(), "Linux does not take the filter of system calls")
+
+
 def main():
     place = os.path.dirname(os.path.abspath(sys.argv[1]))
     with open(sys.argv[1], encoding="utf-8") as file:
@@ -116,6 +164,8 @@ def main():
         hard = resource.getrlimit(kind)[1]
         value = value if hard == resource.RLIM_INFINITY else min(value, hard)
         resource.setrlimit(kind, (value, value))
+    if sys.argv[3] == "bwrap":
+        refuse_calls()
     sys.path[:] = [path for path in sys.path if path != place] + [f"{place}/lib", f"{place}/site"]
     sys.meta_path.append(StandIns(room["silent"], room["speaking"]))
     take_away(room["taken"])

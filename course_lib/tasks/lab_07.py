@@ -1,0 +1,274 @@
+"""Lab 07: rigid motions from pairs, one step of ICP, and a registration with strays and partial overlap.
+
+`T_target_source` maps source coordinates to target coordinates. Truth is known because each case moves a cloud by a
+transform drawn at random; what a step of ICP must give is computed here by Horn's quaternions, not by an SVD.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from course_lib.tasks.core import Case, Task, Verdict
+from course_lib.tasks.judges import (
+    judge_band,
+    judge_choice,
+    judge_number,
+    judge_transform,
+    judge_words,
+    refuse,
+    worst_of,
+)
+from course_lib.tasks.mistakes_07 import (
+    CAUSE_OF,
+    CAUSES,
+    FIT_MISTAKES,
+    MEND_MISTAKES,
+    OPEN_MISTAKES,
+    TOTAL_MISTAKES,
+    WHICH_MISTAKES,
+)
+from course_lib.tasks.plain import Plain, describe
+from course_lib.transforms import apply, compose, exp, invert, rotation_z
+
+_DEGREES, _METRES = 0.01, 1e-4
+
+
+def _motion(rng: np.random.Generator, degrees: float, metres: float) -> np.ndarray:
+    """A turn by so many degrees about any axis, and a shift by so many metres in any direction."""
+    axis, shift = rng.normal(size=(2, 3))
+    T = exp(np.r_[np.zeros(3), axis / np.linalg.norm(axis) * np.radians(degrees)])
+    T[:3, 3] = shift / np.linalg.norm(shift) * metres
+    return T
+
+
+def _judge_T(case: Case, answer: Plain) -> Verdict:
+    return _all_or_nothing(judge_transform(answer, case.truth, degrees=_DEGREES, metres=_METRES))
+
+
+def _all_or_nothing(verdict: Verdict) -> Verdict:
+    return replace(verdict, score=float(verdict.passed))
+
+
+# ------------------------------------------------------------------------------------------------------ 1 all steps
+
+
+def _total_cases(rng: np.random.Generator) -> list[Case]:
+    quarter, ahead = rotation_z(np.pi / 2), np.eye(4)
+    ahead[0, 3] = 1.0
+    cases = []
+    for steps, name in (
+        ([ahead, quarter], "1 m along x, then a quarter turn: the origin ends at (0, 1, 0)"),
+        ([_motion(rng, rng.uniform(5, 40), rng.uniform(0.2, 1)) for _ in range(5)], "five steps"),
+        ([_motion(rng, 30, 0.5)], "a single step"),
+    ):
+        total = np.eye(4)
+        for step in reversed(steps):
+            total = total @ step
+        cases.append(Case({"steps": np.array(steps)}, {"truth": total}, name))
+    return cases
+
+
+# -------------------------------------------------------------------------------------------------------- 2 the fit
+
+
+def _fit_case(rng: np.random.Generator, points: np.ndarray, degrees: float, metres: float, name: str) -> Case:
+    T = _motion(rng, degrees, metres)
+    return Case({"source": points, "target": apply(T, points)}, {"truth": T}, name)
+
+
+def _fit_cases(rng: np.random.Generator) -> list[Case]:
+    solid = rng.normal(size=(60, 3)) * [0.5, 0.3, 0.2]
+    far = rng.normal(size=(40, 3)) * 0.3 + [1.5, -2.0, 0.7]
+    cases = [
+        _fit_case(rng, solid, rng.uniform(8, 25), 0.3, "a cloud about the origin"),
+        _fit_case(rng, far, rng.uniform(8, 25), 0.6, "a cloud two metres from the origin"),
+    ]
+    plane = np.c_[rng.uniform(-1, 1, (30, 2)), np.zeros(30)] + [0.3, 0.2, 1.0]
+    while True:  # of planar clouds, half need the guard: draw until this one does
+        case = _fit_case(rng, apply(_motion(rng, 60, 0.0), plane), rng.uniform(8, 25), 0.4, "points of one plane")
+        p, q = case.given["source"], case.given["target"]
+        U, _, Vt = np.linalg.svd((p - p.mean(axis=0)).T @ (q - q.mean(axis=0)))
+        if np.linalg.det(Vt.T @ U.T) < 0:
+            return [*cases, case]
+
+
+# ------------------------------------------------------------------------------------------------------------ 3 mend
+
+
+def _horn(p: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """The rigid motion from p to q by the largest eigenvector of Horn's matrix of quaternions."""
+    S = (p - p.mean(axis=0)).T @ (q - q.mean(axis=0))
+    d = [S[1, 2] - S[2, 1], S[2, 0] - S[0, 2], S[0, 1] - S[1, 0]]
+    N = np.empty((4, 4))
+    N[0, 0], N[0, 1:], N[1:, 0] = np.trace(S), d, d
+    N[1:, 1:] = S + S.T - np.trace(S) * np.eye(3)
+    w, x, y, z = np.linalg.eigh(N)[1][:, -1]
+    T = np.eye(4)
+    T[:3, :3] = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    T[:3, 3] = q.mean(axis=0) - T[:3, :3] @ p.mean(axis=0)
+    return T
+
+
+def _bumps(rng: np.random.Generator, n: int, low: float = 0.0, high: float = 2.0) -> tuple[np.ndarray, np.ndarray]:
+    """Points of a bumpy surface, metres, and their unit normals."""
+    x, y = rng.uniform(low, high, n), rng.uniform(0, 2, n)
+    z = 0.25 * np.sin(2.5 * x) * np.cos(2.1 * y) + 0.1 * np.sin(4.3 * x + 2.3 * y)
+    dx = 0.625 * np.cos(2.5 * x) * np.cos(2.1 * y) + 0.43 * np.cos(4.3 * x + 2.3 * y)
+    dy = -0.525 * np.sin(2.5 * x) * np.sin(2.1 * y) + 0.23 * np.cos(4.3 * x + 2.3 * y)
+    normals = np.c_[-dx, -dy, np.ones(n)]
+    return np.c_[x, y, z], normals / np.linalg.norm(normals, axis=1, keepdims=True)
+
+
+def _step_case(rng: np.random.Generator, radius: float, degrees: float, strays: int, name: str) -> Case:
+    target = _bumps(rng, 200)[0]
+    source = np.vstack([_bumps(rng, 120)[0], rng.uniform((0, 0, 1), (2, 2, 3), (strays, 3))])
+    T = _motion(rng, degrees, 0.25)
+    source = apply(invert(compose(_motion(rng, 4, 0.05), T)), source)
+    moved = apply(T, source)
+    distances = np.linalg.norm(moved[:, None] - target[None], axis=2)
+    keep = distances.min(axis=1) <= radius
+    step = _horn(moved[keep], target[distances.argmin(axis=1)[keep]])
+    truth = {"T": step @ T, "fitness": float(keep.mean())}
+    return Case({"source": source, "target": target, "T": T, "radius": radius}, {"truth": truth}, name)
+
+
+def _step_cases(rng: np.random.Generator) -> list[Case]:
+    return [
+        _step_case(rng, 0.2, rng.uniform(15, 30), 30, "strays above the surface"),
+        _step_case(rng, 0.12, rng.uniform(15, 30), 10, "a small radius"),
+        _step_case(rng, 0.3, rng.uniform(30, 45), 60, "a large turn so far, many strays"),
+    ]
+
+
+def _judge_step(case: Case, answer: Plain) -> Verdict:
+    if not isinstance(answer, dict) or set(answer) != {"T", "fitness"}:
+        got = f"a dict with {sorted(map(str, answer))}"[:120] if isinstance(answer, dict) else describe(answer)
+        missing = ": is the return missing?" if answer is None else "."
+        return refuse(f'Expected a dict with the keys "T" and "fitness", got {got}{missing}', _DEGREES, "deg")
+    return _all_or_nothing(
+        worst_of(
+            judge_transform(answer["T"], case.truth["T"], degrees=_DEGREES, metres=_METRES, what="T"),
+            judge_number(answer["fitness"], case.truth["fitness"], 1e-3, "", "the fitness"),
+        )
+    )
+
+
+# ------------------------------------------------------------------------------------------------------------ 5 open
+
+_BANDS = ((0.007, 1.0), (0.011, 0.75), (0.018, 0.5), (0.04, 0.25))  # metres, mean over the source's surface
+
+
+def _open_case(rng: np.random.Generator) -> Case:
+    """Two scans that share two thirds, with noise, strays, and a start some degrees and centimetres away."""
+    target, normals = _bumps(rng, 900, 0.0, 1.5)
+    clean = _bumps(rng, 900, 0.5, 2.0)[0]
+    target = target + rng.normal(0, 0.005, target.shape)
+    noisy = clean + rng.normal(0, 0.005, clean.shape)
+    strays = rng.uniform((0.5, 0, -0.8), (2.0, 2, 0.8), (90, 3))
+    middle = np.eye(4)
+    middle[:3, 3] = clean.mean(axis=0)
+    off = compose(middle, _motion(rng, rng.uniform(5, 8), rng.uniform(0.08, 0.14)), invert(middle))
+    source = rng.permutation(apply(invert(off), np.vstack([noisy, strays])))
+    return Case(
+        {"source": source, "target": target, "normals": normals},
+        {"truth": off, "surface": apply(invert(off), clean)},
+        "two scans that share two thirds",
+    )
+
+
+def _judge_open(case: Case, answer: Plain) -> Verdict:
+    form = judge_transform(answer, case.truth, degrees=0.2, metres=0.01)
+    if not np.isfinite(form.error):
+        return replace(form, tolerance=_BANDS[0][0], unit="m")
+    surface = case.hidden["surface"]
+    T = np.asarray(answer, dtype=float)
+    off = surface @ T[:3, :3].T + T[:3, 3] - apply(case.truth, surface)
+    error = float(np.linalg.norm(off, axis=1).mean())
+    verdict = judge_band(error, _BANDS, "m", what="the mean error over the surface")
+    return replace(
+        verdict, message=verdict.message.replace("reaches no band", f"is {1000 * error:.0f} mm, in no band")
+    )
+
+
+def _guess_open(rng: np.random.Generator):
+    """A function that turns and shifts at random, about as far as the scans are apart."""
+    said = _motion(rng, float(rng.uniform(0, 8)), float(rng.uniform(0, 0.14)))
+    return lambda source, target, normals: said
+
+
+# -------------------------------------------------------------------------------------------------------------- all
+
+_HIDDEN = (
+    "course_lib.registration.fit_rigid",
+    "course_lib.registration.fit_rigid_to_planes",
+    "course_lib.registration.icp",
+)
+
+TASKS = (
+    Task(
+        id="07-1", title="put the steps together", points=1, version=1, kind="fill",
+        signature="def accumulate(steps)",
+        cases=_total_cases,
+        judge=_judge_T,
+        misconceptions=TOTAL_MISTAKES,
+        hides=("course_lib.transforms.compose",),
+        where="lesson 07, section 2 (closest points, again and again)",
+    ),
+    Task(
+        id="07-2", title="best rigid motion", points=3, version=1, kind="write",
+        signature="def best_rigid(source, target)",
+        cases=_fit_cases,
+        judge=_judge_T,
+        misconceptions=FIT_MISTAKES,
+        hides=_HIDDEN,
+        where="lesson 07, section 1 (if you knew the pairs)",
+    ),
+    Task(
+        id="07-3", title="mend a step of ICP", points=3, version=1, kind="mend",
+        signature="def icp_step(source, target, T, radius)",
+        cases=_step_cases,
+        judge=_judge_step,
+        misconceptions=MEND_MISTAKES,
+        hides=_HIDDEN,
+        where="lesson 07, section 2 (closest points, again and again)",
+    ),
+    Task(
+        id="07-4", title="which mistake made this", points=2, version=1, kind="which",
+        signature="def causes()",
+        cases=lambda rng: [Case({}, {"truth": dict(CAUSE_OF)}, "the five registrations above")],
+        judge=lambda case, answer: judge_choice(answer, case.truth, CAUSES, "the cause"),
+        misconceptions=WHICH_MISTAKES,
+        where="lesson 07, section 1 (if you knew the pairs)",
+    ),
+    Task(
+        id="07-5", title="register two scans", points=4, version=1, kind="open",
+        signature="def register(source, target, normals)",
+        cases=lambda rng: [_open_case(rng)],
+        judge=_judge_open,
+        misconceptions=OPEN_MISTAKES,
+        may_call=("numpy", "scipy"),
+        hides=_HIDDEN,
+        guess=_guess_open,
+        where="lesson 07, section 5 (coarse to fine)",
+    ),
+    Task(
+        id="07-6", title="explain a fitness of one", points=2, version=1, kind="explain",
+        signature="def explain()",
+        cases=lambda rng: [Case({}, {}, "your words")],
+        judge=lambda case, answer: judge_words(answer, 60),
+        rubric=(
+            "0: says that the fitness proves the pose, or only that ICP may fail.",
+            "1: says that with a large radius every point finds some partner at almost any pose; or names a check that "
+            "does not use the same pairs.",
+            "2: both: a large radius makes the fitness 1 at wrong poses too, and the pose must be checked by something "
+            "else (marked points, a second start, a smaller radius, overlap seen by eye).",
+        ),
+        where="lesson 07, section 4 (numbers that mislead)",
+    ),
+)  # fmt: skip

@@ -1,0 +1,350 @@
+# ---
+# jupyter:
+#   jupytext:
+#     text_representation:
+#       extension: .py
+#       format_name: percent
+#   kernelspec:
+#     display_name: Python 3 (ipykernel)
+#     language: python
+#     name: python3
+# ---
+
+# %% [markdown]
+# # Lab 07 ICP
+#
+# Six tasks, about 60 minutes. Each starts from given inputs, so a task that you leave open blocks nothing. Write your code
+# where it says `raise NotImplementedError`, run the cell, then run the check below it. The check says by how much you are
+# off, and in which part. Try again and it says what the mistake looks like, then where to read.
+#
+# Everything you need stands in lesson 07. Use NumPy, and in task 5 also SciPy's k-d tree. Points are rows, `(N, 3)`, in
+# metres. `T_target_source` is 4x4 and maps source coordinates to target coordinates; a point moves by
+# `points @ T[:3, :3].T + T[:3, 3]`.
+
+# %%
+from course_lib.notebook import check, data, picture, report, report_table, show
+
+import matplotlib.pyplot as plt
+import numpy as np
+from scipy.spatial import cKDTree
+
+animal = data.load("bunny_like").cloud.points.astype(float)[::12]
+
+
+def turn(axis, degrees):
+    """(3, 3) rotation about an axis through the origin."""
+    x, y, z = np.asarray(axis) / np.linalg.norm(axis)
+    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    a = np.radians(degrees)
+    return np.eye(3) + np.sin(a) * K + (1 - np.cos(a)) * K @ K
+
+
+# %% [markdown]
+# ## Task 1 — put the steps together (1 point)
+#
+# ICP moves the source a little, then a little more. Each step is a 4x4 matrix for the cloud *as it lies then*. What is the
+# one matrix that does all of it? A loop and one line.
+#
+# - `steps`: (K, 4, 4) float, the first step first
+# - returns: (4, 4), the whole motion
+#
+# For example, 1 m along x and then a quarter turn about z take the origin to (0, 1, 0).
+#
+# <details><summary>Hint 1: idea</summary>A matrix acts on what stands to its right. Which step touches the points first?</details>
+# <details><summary>Hint 2: formula</summary>p₂ = S₂ (S₁ p), so the newest step stands leftmost.</details>
+
+# %% tags=["expected", "hide-input"]
+ahead, quarter = np.eye(4), np.eye(4)
+ahead[0, 3], quarter[:3, :3] = 1, turn([0, 0, 1], 90)
+report_table([["x", *np.round((quarter @ ahead)[:, 3], 6)[:1].tolist()], ["y", *(quarter @ ahead)[1:2, 3].tolist()]],
+             columns=["where the origin ends", "expected (m)"])
+
+
+# %% tags=["task"]
+def accumulate(steps):
+    """(4, 4) motion of all steps together, the first one first."""
+    # BEGIN SOLUTION
+    T = np.eye(4)
+    for step in steps:
+        # the newest step acts on what the earlier ones have moved
+        T = step @ T
+    return T
+    # END SOLUTION
+
+
+# %% tags=["check"]
+check("07-1", accumulate)
+
+# %% [markdown]
+# ## Task 2 — best rigid motion (3 points)
+#
+# The pairs are known: row i of the source belongs to row i of the target. Find the rigid motion of least squared distances.
+# The picture shows source, target, and the source where it should end: on the target.
+#
+# - `source`, `target`: (N, 3) float, metres
+# - returns: (4, 4) `T_target_source`: a rotation (never a reflection) and a translation
+#
+# <details><summary>Hint 1: idea</summary>Move both means to the origin. What is left is a rotation, and the SVD of one 3x3 matrix
+# gives it.</details>
+# <details><summary>Hint 2: formula</summary>Σ = Pᵀ Q of the centred points = U W Vᵀ; R = V diag(1, 1, det(V Uᵀ)) Uᵀ;
+# t = mean of target − R · mean of source.</details>
+# <details><summary>Hint 3: call</summary><code>U, _, Vt = np.linalg.svd(P.T @ Q)</code>: NumPy returns Vᵀ, not V.</details>
+
+# %% tags=["expected", "hide-input"]
+shifted = animal @ turn([1, 2, 3], 40).T + [0.12, 0.02, 0]
+show((animal, "source"), (shifted, "target"), view="iso",
+     title="Expected: the source ends on the target",
+     alt="Two copies of an animal, one turned and beside the other.")
+
+
+# %% tags=["task"]
+def best_rigid(source, target):
+    """(4, 4) T_target_source of least squared distances between the pairs."""
+    # BEGIN SOLUTION
+    # centre both clouds
+    mean_p, mean_q = source.mean(axis=0), target.mean(axis=0)
+    P, Q = source - mean_p, target - mean_q
+    # the cross-covariance and its SVD
+    U, _, Vt = np.linalg.svd(P.T @ Q)
+    # the rotation, with the guard against reflections
+    guard = np.diag([1, 1, np.sign(np.linalg.det(Vt.T @ U.T))])
+    R = Vt.T @ guard @ U.T
+    # the translation takes the rotated mean of the source to that of the target
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = R, mean_q - R @ mean_p
+    return T
+    # END SOLUTION
+
+
+# %% tags=["check"]
+check("07-2", best_rigid)
+
+# %% [markdown]
+# ## Task 3 — mend a step of ICP (3 points)
+#
+# Somebody wrote one step of ICP. Run again and again it walks away from the target and reports a perfect fitness all the while.
+# There are three mistakes in it. Mend them all.
+#
+# - `source`, `target`: (N, 3), (M, 3) float, metres
+# - `T`: (4, 4) `T_target_source` so far
+# - `radius`: pairs farther apart than this do not count, metres
+# - returns: `{"T": (4, 4) after this step; "fitness": the share of the source points that found a partner within the radius}`
+#
+# <details><summary>Hint 1: idea</summary>Where does the source lie when you look for partners? Which of two motions comes first? And what is
+# the fitness a share of?</details>
+# <details><summary>Hint 2: formula</summary>Distances from <code>moved</code>; step · T; kept pairs / source points.</details>
+# <details><summary>Hint 3: call</summary>Look at the line of <code>distances</code> and at the two values of the
+# <code>return</code>; <code>keep.sum() / len(source)</code>.</details>
+
+# %% tags=["expected", "hide-input"]
+near = cKDTree(animal)
+start = animal @ turn([0, 0, 1], 12).T + [0.008, 0, 0]
+moved, history = start.copy(), []
+for _ in range(25):
+    distance, index = near.query(moved)
+    history.append(1000 * np.sqrt(np.mean(distance**2)))
+    P, Q = moved - moved.mean(0), animal[index] - animal[index].mean(0)
+    U, _, Vt = np.linalg.svd(P.T @ Q)
+    moved = P @ (Vt.T @ U.T).T + animal[index].mean(0)
+fig, axis = plt.subplots(figsize=(6, 2.8), layout="constrained")
+axis.plot(history, "o-", color=show.COLOURS["target"])
+axis.set(xlabel="step", ylabel="RMSE of the pairs (mm)", title="Expected: each step brings the pairs closer")
+picture(fig, alt=f"A curve that falls from {history[0]:.1f} mm at the first step to {history[-1]:.1f} mm at the last.")
+
+
+# %% tags=["task"]
+def icp_step(source, target, T, radius):
+    """One step of point-to-point ICP: the new T and the fitness before it."""
+    # BEGIN SOLUTION
+    # three lines hold a mistake: where partners are looked for, the order of two motions, a share of what
+    moved = source @ T[:3, :3].T + T[:3, 3]
+    distances = np.linalg.norm(moved[:, None] - target[None], axis=2)
+    near, distance = distances.argmin(axis=1), distances.min(axis=1)
+    keep = distance <= radius
+    p, q = moved[keep], target[near[keep]]
+    U, _, Vt = np.linalg.svd((p - p.mean(axis=0)).T @ (q - q.mean(axis=0)))
+    guard = np.diag([1, 1, np.linalg.det(Vt.T @ U.T)])
+    step = np.eye(4)
+    step[:3, :3] = Vt.T @ guard @ U.T
+    step[:3, 3] = q.mean(axis=0) - step[:3, :3] @ p.mean(axis=0)
+    return {"T": step @ T, "fitness": float(keep.sum() / len(source))}
+    # INSTEAD
+    #| moved = source @ T[:3, :3].T + T[:3, 3]
+    #| distances = np.linalg.norm(source[:, None] - target[None], axis=2)
+    #| near, distance = distances.argmin(axis=1), distances.min(axis=1)
+    #| keep = distance <= radius
+    #| p, q = moved[keep], target[near[keep]]
+    #| U, _, Vt = np.linalg.svd((p - p.mean(axis=0)).T @ (q - q.mean(axis=0)))
+    #| guard = np.diag([1, 1, np.linalg.det(Vt.T @ U.T)])
+    #| step = np.eye(4)
+    #| step[:3, :3] = Vt.T @ guard @ U.T
+    #| step[:3, 3] = q.mean(axis=0) - step[:3, :3] @ p.mean(axis=0)
+    #| return {"T": T @ step, "fitness": float(near[keep].size / max(keep.sum(), 1))}
+    # END SOLUTION
+
+
+# %% tags=["check"]
+check("07-3", icp_step)
+
+# %% [markdown]
+# And on two raw scans of the Stanford bunny, thinned. They begin as the scanner stored them, one turned by 45 degrees; we undo most of
+# that, as a person would by hand, and your step does the rest.
+
+# %% tags=["real-data"]
+# real data: stanford_bunny
+bunny = data.load("stanford_bunny")
+poses = bunny.reference["scan_poses"]
+T_reference = np.linalg.inv(poses["bun000"]) @ poses["bun045"]
+scan_0, scan_45 = (bunny.clouds[name].points.astype(float)[::30] for name in ("bun000", "bun045"))
+try:
+    T = T_reference.copy()
+    T[:3, 3] += [0.002, 0.001, 0]
+    for _ in range(30):
+        T = icp_step(scan_45, scan_0, T, 0.004)["T"]
+    middle = np.append(scan_45.mean(axis=0), 1)
+    report("your scan 45 from the reference, at its middle", 1000 * np.linalg.norm((T - T_reference) @ middle), "mm", 2)
+except NotImplementedError as todo:
+    print(todo)
+
+# %% [markdown]
+# ## Task 4 — which mistake made this (2 points)
+#
+# A flat tile, turned by 30 degrees and shifted, was registered five times with known pairs; each time with one mistake. The table says
+# where it ended. Give each letter its cause, each cause once:
+#
+# `"rotation transposed"`, `"translation without R"`, `"no reflection guard"`, `"the inverse"`, `"stopped after one step"`
+#
+# (*Stopped after one step* paired by closest points instead of the known pairs, and took one step only.)
+#
+# <details><summary>Hint 1: idea</summary>Ask of each: is the determinant right? Is the angle right? Does the middle of the tile end in its
+# place?</details>
+# <details><summary>Hint 2: formula</summary>A transposed rotation turns by −30 instead of 30 degrees: 60 too far. If t is computed from it, the
+# middle still lands well. The inverse undoes the turn *and* shifts the wrong way.</details>
+
+# %% tags=["expected", "hide-input"]
+rng = np.random.default_rng(4)
+R_true, t_true = turn([1, 1, 0.3], 30), np.array([0.4, -0.2, 0.3])
+tile = np.c_[rng.uniform(-0.5, 0.5, (200, 2)), np.zeros(200)] @ turn([1, 0, 0], 20).T + [0.3, 0.5, 0.8]
+aim = tile @ R_true.T + t_true
+
+
+def fitted(p, q, keep=False):
+    """Rotation and translation; without the guard where `keep`, then flipped through the tile if it would not be needed."""
+    U, _, Vt = np.linalg.svd((p - p.mean(0)).T @ (q - q.mean(0)))
+    sign = np.sign(np.linalg.det(Vt.T @ U.T))
+    R = Vt.T @ np.diag([1, 1, -sign if keep else sign]) @ U.T
+    return R, q.mean(0) - R @ p.mean(0)
+
+
+R_tile, t_tile = fitted(tile, aim)
+R_flip, t_flip = fitted(tile, aim, keep=True)
+first = cKDTree(aim).query(tile)[1]
+makers = {
+    "A": (R_flip, t_flip),
+    "B": (R_tile.T, -R_tile.T @ t_tile),
+    "C": (R_tile.T, aim.mean(0) - R_tile.T @ tile.mean(0)),
+    "D": fitted(tile, aim[first]),
+    "E": (R_tile, aim.mean(0) - tile.mean(0)),
+}
+rows = []
+for letter, (R, t) in {"right": (R_tile, t_tile), **makers}.items():
+    angle = np.degrees(np.arccos(np.clip((np.trace(R.T @ R_true) - 1) / 2, -1, 1)))
+    ends = tile @ R.T + t
+    rows.append([letter, int(round(np.linalg.det(R))), float(angle) if np.linalg.det(R) > 0 else "no rotation",
+                 1000 * float(np.linalg.norm(ends.mean(0) - aim.mean(0))),
+                 1000 * float(np.sqrt(np.mean(np.sum((ends - aim) ** 2, axis=1))))])
+report_table(rows, columns=["registration", "determinant", "angle from the true one (degrees)",
+                            "its middle off by (mm)", "RMSE of the true pairs (mm)"], smallest=0.01)
+
+
+# %% tags=["task"]
+def causes():
+    """A dict from the letters "A" to "E" to the names of their causes."""
+    # BEGIN SOLUTION
+    return {
+        "A": "no reflection guard",
+        "B": "the inverse",
+        "C": "rotation transposed",
+        "D": "stopped after one step",
+        "E": "translation without R",
+    }
+    # END SOLUTION
+
+
+# %% tags=["check"]
+check("07-4", causes)
+
+# %% [markdown]
+# ## Task 5 — register two scans (4 points, open-ended)
+#
+# Two scans of one bumpy surface share about two thirds. Both have noise, the source has strays, and they lie some degrees and about
+# ten centimetres apart. No pairs are given. Where does the source belong?
+#
+# - `source`: (N, 3) float, metres
+# - `target`: (M, 3) float, metres
+# - `normals`: (M, 3) float, unit normals of the target
+# - returns: (4, 4) `T_target_source`
+#
+# You are scored by how far the points of the source's surface end from their true places, in the mean, as the median over five
+# pairs of scans: under 40 mm earns 1 point, under 18 mm 2, under 11 mm 3, under 7 mm all 4.
+#
+# <details><summary>Hint 1: idea</summary>At first true partners are far away, later only wrong ones are. What should the radius do?</details>
+# <details><summary>Hint 2: formula</summary>To planes: rows (p × n, n), right-hand side n · (q − p), solved for a small turn and a shift.</details>
+# <details><summary>Hint 3: call</summary><code>cKDTree(target).query(moved)</code>, <code>np.cross</code>, <code>np.linalg.lstsq</code>, and your
+# <code>turn</code> from the first cell.</details>
+
+
+# %% tags=["task"]
+def register(source, target, normals):
+    """(4, 4) T_target_source of two scans that overlap in part."""
+    # BEGIN SOLUTION
+    T, tree = np.eye(4), cKDTree(target)
+    for radius in (0.3, 0.2, 0.1, 0.05, 0.03):
+        for _ in range(15):
+            moved = source @ T[:3, :3].T + T[:3, 3]
+            distance, index = tree.query(moved)
+            keep = distance <= radius
+            p, q, n = moved[keep], target[index[keep]], normals[index[keep]]
+            rows = np.hstack([np.cross(p, n), n])
+            x = np.linalg.lstsq(rows, np.sum(n * (q - p), axis=1), rcond=None)[0]
+            step = np.eye(4)
+            angle = np.linalg.norm(x[:3])
+            step[:3, :3] = turn(x[:3], np.degrees(angle)) if angle > 0 else np.eye(3)
+            step[:3, 3] = x[3:]
+            T = step @ T
+    return T
+    # END SOLUTION
+
+
+# %% tags=["check"]
+check("07-5", register)
+
+# %% [markdown]
+# ## Task 6 — explain a fitness of one (2 points, marked by hand)
+#
+# A colleague registers two scans with a radius of 1 m and reports: "All 50,000 points found a partner, fitness 1.000, so the
+# pose is right." In at most 60 words: why does that not follow, and what would you check instead?
+#
+# <details><summary>Hint 1: idea</summary>At a pose that is wrong by 20 cm, how many points have some neighbour within 1 m?</details>
+# <details><summary>Hint 2: formula</summary>Section 4 of lesson 07 has both halves of the answer.</details>
+
+
+# %% tags=["task"]
+def explain():
+    """Your explanation, at most 60 words."""
+    # BEGIN SOLUTION
+    return (
+        "Within 1 m nearly every point has some neighbour, at the true pose and at many wrong ones, so the count says "
+        "nothing. Check the pose by something the registration did not use: points marked by hand, a start from "
+        "another side that must end in the same pose, or the fitness with a radius of a few spacings."
+    )
+    # END SOLUTION
+
+
+# %% tags=["check"]
+check("07-6", explain)
+
+# %% [markdown]
+# ## Handing in
+#
+# Restart the kernel, run all cells, save, and hand in this one file. Unfinished tasks cost only their own points.
