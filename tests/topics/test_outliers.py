@@ -168,7 +168,6 @@ def test_wrong_settings_are_one_sentence():
         lambda: outliers.keep_by_radius(points, 0.1, 0),
         lambda: clusters.euclidean_clusters(points, -1.0),
         lambda: clusters.euclidean_clusters(points, 0.1, 0),
-        lambda: clusters.euclidean_clusters(points * 1e12, 1e-9),
     ):
         with pytest.raises(ValueError) as told:
             call()
