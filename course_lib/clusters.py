@@ -16,6 +16,9 @@ from course_lib.neighbours import Neighbours
 __all__ = ["euclidean_clusters"]
 
 FIRST = 6  # neighbours to look at first; most points need no more
+FARTHEST_CUBE = 2.0**52  # beyond it, a float cannot tell neighbouring cubes apart
+MIXERS = np.array([0x9E3779B97F4A7C1, 0x2545F4914F6CDD1D, 0x1000001B3], dtype=np.int64)  # odd, and far apart
+PAIRS = 1 << 20  # pairs of points compared at once
 
 
 def euclidean_clusters(points: ArrayLike, radius: float, least: int = 1) -> NDArray[np.intp]:
@@ -61,31 +64,82 @@ def _components(near: Neighbours, radius: float) -> NDArray[np.intp]:
     """Component of each point, in the order of `near.sorted`.
 
     First points that follow each other on the Z-curve are joined where they are near, then each with its few nearest.
-    What may still be missing are pairs of points with more neighbours than were looked at; of two such parts one is
-    not the largest, so only the points of the others are looked at again, with twice as many, until none is left.
+    A pair that is still missing has more neighbours than were looked at, on both its sides, and of two such parts one
+    is not the largest. Where that happens, small cubes of such points are compared with the cubes around them.
     """
-    n = len(near)
+    n, k = len(near), min(FIRST, len(near))
     step = np.linalg.norm(np.diff(near.sorted, axis=0), axis=1)
     follows = np.flatnonzero(step <= radius)
-    ends = [(follows, follows + 1)]
-    open_points, k = np.arange(n), min(FIRST, n)
-    while True:
-        cut = []
-        for part in np.array_split(open_points, max(1, len(open_points) * k // 2_000_000)):
-            distance, place = near.places(near.sorted[part], k, radius)
-            cut.append(part[np.isfinite(distance[:, -1])])
-            other = place[:, 1:]  # the first is the point itself, or one that equals it
-            here = np.broadcast_to(part[:, None], other.shape)
-            there = other < n
-            ends.append((here[there], other[there]))
-        label = _joined(ends, n)
-        open_points = np.concatenate(cut)
-        open_points = open_points[label[open_points] != np.bincount(label).argmax()]
-        if k == n or not len(open_points):
-            return label
-        k = min(2 * k, n)
-        # what is joined stays joined by one edge a point
-        ends = [(np.arange(n), _first_of(label))]
+    ends, cut = [(follows, follows + 1)], []
+    for part in np.array_split(np.arange(n), max(1, n * k // 2_000_000)):
+        distance, place = near.places(near.sorted[part], k, radius)
+        cut.append(part[np.isfinite(distance[:, -1])])
+        other = place[:, 1:]  # the first is the point itself, or one that equals it
+        here = np.broadcast_to(part[:, None], other.shape)
+        there = other < n
+        ends.append((here[there], other[there]))
+    label = _joined(ends, n)
+    many = np.concatenate(cut)
+    if k == n or (label[many] == np.bincount(label).argmax()).all():
+        return label
+    return _with_cubes(near.sorted, many, label, radius)
+
+
+def _with_cubes(
+    points: NDArray[np.float64], many: NDArray[np.intp], label: NDArray[np.intp], radius: float
+) -> NDArray[np.intp]:
+    """Join the components of points `many` that lie within the radius of each other."""
+    n = len(points)
+    # two points of one such cube are never farther apart than the radius
+    cube = np.floor((points[many] - points.min(axis=0)) / (radius / np.sqrt(3.0) * (1 - 1e-9)))
+    if cube.max() > FARTHEST_CUBE:
+        raise ValueError(f"radius: {radius:g} is too small for points that lie so far apart; is the unit right?")
+    cube = cube.astype(np.int64)
+    order = np.lexsort(cube.T)
+    cube, many = cube[order], many[order]
+    same = (cube[1:] == cube[:-1]).all(axis=1)
+    label = _joined([(np.arange(n), _first_of(label)), (many[1:][same], many[:-1][same])], n)
+    pairs = _pairs_between(points, cube, many, label, radius)
+    return _joined([(np.arange(n), _first_of(label)), pairs], n)
+
+
+def _pairs_between(
+    points: NDArray[np.float64], cube: NDArray[np.int64], many: NDArray[np.intp], label: NDArray[np.intp], radius: float
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Pairs within the radius of points `many` that lie in different components and different cubes."""
+    key = cube @ MIXERS  # wraps around; two cubes with one key only cost a comparison
+    order = np.argsort(key, kind="stable")
+    many, key = many[order], key[order]
+    first = np.flatnonzero(np.r_[True, key[1:] != key[:-1]])
+    count = np.diff(np.r_[first, len(key)])
+    cells = key[first]
+    # of two components one is not the largest
+    asking = np.flatnonzero(label[many[first]] != np.bincount(label).argmax())
+    lefts, rights = [np.empty(0, np.intp)], [np.empty(0, np.intp)]
+    steps = np.arange(-2, 3)
+    for shift in np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3).astype(np.int64) @ MIXERS:
+        wanted = cells[asking] + shift
+        at = np.minimum(np.searchsorted(cells, wanted), len(cells) - 1)
+        differ = (cells[at] == wanted) & (label[many[first[at]]] != label[many[first[asking]]])
+        a, b = asking[differ], at[differ]
+        sizes = count[a] * count[b]
+        for part in np.split(np.arange(len(a)), np.flatnonzero(np.diff(np.cumsum(sizes) // PAIRS)) + 1):
+            i, j = _all_pairs(first[a[part]], count[a[part]], first[b[part]], count[b[part]])
+            i, j = many[i], many[j]
+            close = np.sqrt(np.square(points[i] - points[j]).sum(axis=1)) <= radius
+            lefts.append(i[close])
+            rights.append(j[close])
+    return np.concatenate(lefts), np.concatenate(rights)
+
+
+def _all_pairs(
+    first: NDArray[np.intp], count: NDArray[np.intp], other: NDArray[np.intp], others: NDArray[np.intp]
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Each of `count` numbers from `first` on with each of `others` numbers from `other` on, row by row."""
+    sizes = count * others
+    row = np.repeat(np.arange(len(sizes)), sizes)
+    inside = np.arange(len(row)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
+    return first[row] + inside // others[row], other[row] + inside % others[row]
 
 
 def _joined(ends: list[tuple[NDArray, NDArray]], n: int) -> NDArray[np.intp]:

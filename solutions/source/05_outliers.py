@@ -152,7 +152,7 @@ except NotImplementedError as todo:
 some = desk[::4]
 squared = ((some[:, None] - some[None]) ** 2).sum(axis=-1)
 masks = {"given": (squared <= 0.04).sum(axis=1) < 6, "expected": (squared <= 0.04**2).sum(axis=1) - 1 >= 6}
-fig, axes = plt.subplots(1, 2, figsize=(9, 3.4), sharey=True, layout="constrained")
+fig, axes = plt.subplots(1, 2, figsize=(9, 4), sharey=True, layout="constrained")
 for axis, (name, mask) in zip(axes, masks.items(), strict=True):
     side(axis, some[mask], show.COLOURS["inlier"])
     axis.set(title=f"{name}: {mask.sum():,} of {len(some):,} points stay", xlabel="x (m)")

@@ -149,3 +149,56 @@ def test_a_bad_seed_is_refused_in_one_sentence(seed):
     with pytest.raises(ValueError, match="non-negative integer") as caught:
         RECIPES["bunny_like"].make(seed=seed)
     assert "\n" not in str(caught.value)
+
+
+@pytest.fixture(scope="module")
+def outlier_shot():
+    from course_lib.cameras import preset
+    from course_lib.simulate import outlier_desk
+    from course_lib.simulate.scenes import desk
+
+    camera = preset("d455_depth_424x240")
+    return camera, outlier_desk.shoot(desk(3), camera, np.random.default_rng(3))
+
+
+def test_every_point_of_an_outlier_desk_is_labelled_by_its_distance_to_the_truth(outlier_shot):
+    """What is called a surface lies near one; what is called an outlier lies far from all."""
+    from course_lib.simulate import outlier_desk
+    from course_lib.simulate.scenes import desk
+    from course_lib.transforms import apply
+
+    camera, shot = outlier_shot
+    rng = np.random.default_rng(3)
+    mesh, _ = outlier_desk.add_thin_things(desk(3), rng).labelled_mesh()
+    from course_lib.metrics import distance_to_surface
+
+    off = distance_to_surface(apply(shot.pose, shot.points.astype(float)), mesh)
+    sigma = d455.depth_sigma(shot.points[:, 2], camera)
+    wrong = shot.kinds >= outlier_desk.FLYING
+    assert (off[wrong] > outlier_desk.NEAR_SURFACE * sigma[wrong] * 0.999).all()
+    assert np.mean(off[~wrong] < 4 * sigma[~wrong] + 0.002) > 0.999
+    for kind in range(1, 6):
+        assert np.mean(shot.kinds == kind) > 0.001, outlier_desk.KINDS[kind]
+    assert 0.01 < wrong.mean() < 0.06
+
+
+def test_reflections_lie_behind_the_glass_and_points_are_the_frames_pixels(outlier_shot):
+    from course_lib.simulate import outlier_desk
+
+    _, shot = outlier_shot
+    measured = shot.frame["depth_raw"] > 0
+    assert measured.sum() == len(shot.points) == len(shot.kinds) == len(shot.colors)
+    np.testing.assert_allclose(shot.points[:, 2] * 1000, shot.frame["depth_raw"][measured], atol=0.01)
+    mirrored = shot.kinds == outlier_desk.REFLECTION
+    assert (shot.points[mirrored, 2] > shot.frame["depth_truth"][measured][mirrored]).all()
+    assert (shot.frame["artefacts"][measured][mirrored] == outlier_desk.MIRRORED).all()
+
+
+def test_an_outlier_desk_repeats(outlier_shot):
+    from course_lib.simulate import outlier_desk
+    from course_lib.simulate.scenes import desk
+
+    camera, shot = outlier_shot
+    again = outlier_desk.shoot(desk(3), camera, np.random.default_rng(3))
+    assert np.array_equal(again.points, shot.points) and np.array_equal(again.kinds, shot.kinds)
+    assert np.array_equal(again.frame["color"], shot.frame["color"])

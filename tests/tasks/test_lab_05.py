@@ -1,0 +1,173 @@
+"""The numbers that lesson 05 and its lab live on, each with a tolerance; the functions are the lesson's own."""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+import numpy as np
+import open3d as o3d
+import pytest
+from scipy.spatial import cKDTree
+
+from course_lib import clusters, outliers, tasks
+from course_lib.notebook import data
+from course_lib.tasks.desk_05 import FLYING, THIN, small_desk
+from course_lib.tasks.mistakes_05 import CAUSE_OF, CAUSES
+
+ROOT = Path(__file__).parents[2]
+LESSON = ROOT / "notebooks" / "source" / "05_outliers.py"
+LAB = ROOT / "solutions" / "source" / "05_outliers.py"
+TUNED = (0.025, 500, 0.5)  # what the lesson's cell finds on desks 0 to 2
+
+
+@pytest.fixture(scope="module")
+def lesson() -> dict:
+    """The functions that the lesson defines, by name."""
+    tree = ast.parse(LESSON.read_text(encoding="utf-8"))
+    wanted = ("score", "mean_distances", "usual", "count_within", "grow_clusters", "by_coordinates", "by_open3d")
+    functions = [node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name in wanted]
+    assert {function.name for function in functions} == set(wanted)
+    namespace: dict = {"np": np, "o3d": o3d, "cKDTree": cKDTree, "FLYING": FLYING}
+    exec(compile(ast.Module(functions, []), str(LESSON), "exec"), namespace)
+    return namespace
+
+
+@pytest.fixture(scope="module")
+def desks():
+    return data.load("desk_outliers")
+
+
+def pipeline(points: np.ndarray, setting: tuple[float, int, float]) -> np.ndarray:
+    label = clusters.euclidean_clusters(points, setting[0])
+    mean = outliers.mean_distances(points, 8)
+    return (np.bincount(label)[label] >= setting[1]) & (mean < mean.mean() + setting[2] * mean.std(ddof=1))
+
+
+def pooled(score, desks, function, names) -> tuple[float, float, float, float]:
+    """Precision, recall, F1 over several desks, and the least share of thin structure kept on any."""
+    keeps = [function(desks.clouds[name].points) for name in names]
+    kinds = [desks.clouds[name].labels for name in names]
+    thin = min(np.mean(keep[kind == THIN]) for keep, kind in zip(keeps, kinds, strict=True))
+    return (*score(np.concatenate(keeps), np.concatenate(kinds)), thin)
+
+
+TUNING, REPORTING = ("desk_0", "desk_1", "desk_2"), ("desk_3", "desk_4", "desk_5")
+
+
+def test_the_pipeline_reaches_its_f1_on_desks_that_it_was_not_tuned_on(lesson, desks):
+    *_, f1, thin = pooled(lesson["score"], desks, lambda p: pipeline(p, TUNED), REPORTING)
+    assert f1 == pytest.approx(0.922, abs=0.004) and f1 >= 0.9
+    assert thin >= 0.98
+
+
+def test_the_settings_are_the_best_of_those_tried_on_the_tuning_desks(lesson, desks):
+    tried = {}
+    for reach, least, ratio in ((r, n, s) for r in (0.02, 0.025) for n in (100, 500) for s in (1, 0.5)):
+        *_, f1, thin = pooled(lesson["score"], desks, lambda p, s=(reach, least, ratio): pipeline(p, s), TUNING)
+        if thin >= 0.98:
+            tried[reach, least, ratio] = f1
+    assert max(tried, key=tried.get) == TUNED
+
+
+def test_the_pipeline_holds_on_another_world(lesson):
+    """A world of another seed, which nobody looked at while the settings were chosen."""
+    other = data.load("desk_outliers", seed=11)
+    *_, f1, thin = pooled(lesson["score"], other, lambda p: pipeline(p, TUNED), list(other.clouds))
+    assert f1 >= 0.9 and thin >= 0.98
+
+
+def test_each_single_filter_misses_what_the_lesson_says(lesson, desks):
+    points, kinds = desks.clouds["desk_0"].points.astype(float), desks.clouds["desk_0"].labels
+    mean = lesson["mean_distances"](points, 8)
+
+    def found(keep, kind):
+        return np.mean(~keep[kinds == kind])
+
+    report = lesson["by_open3d"](points, 20, 2.0)
+    assert lesson["score"](report, kinds)[1] == pytest.approx(0.291, abs=0.005)
+    assert found(report, 4) < 0.01, "the report's setting finds no reflection"
+    assert found(lesson["usual"](mean, 1.0), 4) < 0.05 and found(lesson["usual"](mean, 1.0), 5) > 0.8
+    label = clusters.euclidean_clusters(points, 0.025)
+    islands = np.bincount(label)[label] >= 500
+    assert found(islands, 4) > 0.9 and found(islands, 3) < 0.65, "clusters find reflections, not flying pixels"
+    counted = lesson["count_within"](points, 0.02) >= 16
+    assert np.mean(counted[kinds == THIN]) < 0.95, "a count that finds noise loses thin things"
+    assert lesson["score"](lesson["by_coordinates"](points, 2), kinds)[0] < 0.25, "coordinates are the wrong quantity"
+
+
+def test_neighbours_grow_with_the_square_on_a_surface_and_hardly_more_than_the_radius_on_a_line(lesson, desks):
+    points, kinds = desks.clouds["desk_0"].points.astype(float), desks.clouds["desk_0"].labels
+    once, twice = (lesson["count_within"](points, r) for r in (0.02, 0.04))
+    growth = {kind: np.median(twice[kinds == kind] / np.maximum(once[kinds == kind], 1)) for kind in (1, THIN)}
+    assert growth[1] == pytest.approx(4.1, abs=0.2) and growth[THIN] == pytest.approx(2.3, abs=0.2)
+
+
+def test_the_lessons_clusters_are_the_librarys(lesson):
+    points = small_desk(np.random.default_rng(1))[0]
+    ours, theirs = lesson["grow_clusters"](points, 0.014), clusters.euclidean_clusters(points, 0.014)
+    assert np.unique(np.stack([ours, theirs]), axis=1).shape[1] == len(np.unique(ours)) == len(np.unique(theirs))
+
+
+def test_repeating_never_ends_and_a_fixed_threshold_does(lesson):
+    rest, removed = data.load("bunny_like").cloud.points.astype(float), []
+    fixed = 3 * np.median(lesson["mean_distances"](rest, 20))
+    assert (lesson["mean_distances"](rest, 20) < fixed).all()
+    count = len(rest)
+    for _ in range(12):
+        keep = outliers.keep_by_statistics(rest, 20, 2.0)
+        removed.append(int(np.sum(~keep)))
+        rest = rest[keep]
+    assert min(removed) > 1000 and removed[11] > 0.5 * removed[0]
+    assert 1 - len(rest) / count == pytest.approx(0.48, abs=0.02)
+
+
+def test_the_bunny_and_the_point_itself(lesson):
+    if not data.available("stanford_bunny"):
+        pytest.skip("the real data stanford_bunny are not on this machine")
+    path = data.load("stanford_bunny").files["bun_zipper.ply"]
+    points = np.asarray(o3d.io.read_point_cloud(str(path)).points)
+    removed = {k: int(np.sum(~lesson["usual"](lesson["mean_distances"](points, k), 2.0))) for k in (19, 20)}
+    assert removed == {19: 1376, 20: 1381}
+    assert int(np.sum(~lesson["by_open3d"](points, 20, 2.0))) == 1376
+    mean = lesson["mean_distances"](points, 19)
+    assert [int(np.sum(~lesson["usual"](mean, ratio))) for ratio in (0.5, 1, 2, 3)] == [8591, 4707, 1376, 564]
+    rest, passes = points, []
+    for _ in range(3):
+        keep = outliers.keep_by_statistics(rest, 19, 2.0)
+        passes.append(int(np.sum(~keep)))
+        rest = rest[keep]
+    assert passes == [1376, 1251, 1269]
+
+
+def test_the_letters_of_task_4_are_those_of_its_picture():
+    seed = int(re.search(r"default_rng\((\d+)\)\.permutation\(5\)", LAB.read_text(encoding="utf-8"))[1])
+    order = np.random.default_rng(seed).permutation(5)
+    source = LAB.read_text(encoding="utf-8")
+    block = source[source.index("makers = [") : source.index("order = np.random")]
+    marks = ["statistical(desk, 6.0)", "query_ball_point", ">= 2000", "< 250", "repeated(desk, 1.0, 12)"]
+    assert [block.index(mark) for mark in marks] == sorted(block.index(mark) for mark in marks)
+    assert CAUSE_OF == {letter: CAUSES[i] for letter, i in zip("ABCDE", order, strict=True)}
+
+
+def test_on_the_small_desk_islands_reach_the_highest_band_and_distances_do_not():
+    task = next(task for task in tasks.lab("05") if task.number == 5)
+    scores = {"islands": [], "distances": []}
+    for seed in range(10):
+        case = tasks.fresh(task, seed)[0]
+        points = case.given["points"]
+        label = clusters.euclidean_clusters(points, 0.0135)
+        scores["islands"].append(task.judge(case, np.bincount(label)[label] >= 250).score)
+        best = max(task.judge(case, outliers.keep_by_statistics(points, 8, s)).score for s in (0.25, 0.5, 1, 2))
+        scores["distances"].append(best)
+    assert np.median(scores["islands"]) == 1.0
+    assert max(scores["distances"]) <= 0.25
+
+
+def test_a_filter_that_loses_rod_and_cable_gets_no_more_than_the_lowest_band():
+    task = next(task for task in tasks.lab("05") if task.number == 5)
+    case = tasks.fresh(task, 3)[0]
+    perfect = case.truth.copy()
+    assert task.judge(case, perfect).score == 1.0
+    assert task.judge(case, perfect & (case.hidden["kinds"] != THIN)).score <= 0.25
