@@ -25,6 +25,7 @@ from course_lib.notebook import check, data, picture, report_table, show
 
 import matplotlib.pyplot as plt
 import numpy as np
+import open3d as o3d
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
@@ -197,9 +198,8 @@ def statistical(points, ratio):
 
 
 def sizes(points, reach):
-    pairs = cKDTree(points).query_pairs(reach, output_type="ndarray")
-    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
-    label = connected_components(graph, directed=False)[1]
+    cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points))
+    label = np.asarray(cloud.cluster_dbscan(reach, min_points=1))
     return np.bincount(label)[label]
 
 

@@ -79,14 +79,16 @@ for public in {hides!r}:
     thing = getattr(importlib.import_module(module), name)
     if thing is None or not callable(thing):  # a table that the library reads stays, and the manifest says so
         assert thing is None or public in {kept!r}, public
-        print("refused"); continue
+        continue
     try:
-        thing(*[1 for p in inspect.signature(thing).parameters.values() if p.kind is p.POSITIONAL_OR_KEYWORD])
+        found = thing(*[1 for p in inspect.signature(thing).parameters.values() if p.kind is p.POSITIONAL_OR_KEYWORD])
+        list(found) if inspect.isgenerator(found) else None  # a generator refuses when it is asked for its first
     except RuntimeError as error:
         assert "asks you to write" in str(error), error
-        print("refused")
+        continue
+    print(public)
 """
-    assert run_there(tree, code).split() == ["refused"] * len(hides)
+    assert run_there(tree, code).split() == [], "these answer a learner"
 
 
 def test_checks_work_there(tree):
