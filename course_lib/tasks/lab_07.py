@@ -6,7 +6,10 @@ transform drawn at random; what a step of ICP must give is computed here by Horn
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -129,7 +132,11 @@ def _step_case(rng: np.random.Generator, radius: float, degrees: float, strays: 
     target = _bumps(rng, 200)[0]
     source = np.vstack([_bumps(rng, 120)[0], rng.uniform((0, 0, 1), (2, 2, 3), (strays, 3))])
     T = _motion(rng, degrees, 0.25)
-    source = apply(invert(compose(_motion(rng, 4, 0.05), T)), source)
+    return _stepped(apply(invert(compose(_motion(rng, 4, 0.05), T)), source), target, T, radius, name)
+
+
+def _stepped(source: np.ndarray, target: np.ndarray, T: np.ndarray, radius: float, name: str) -> Case:
+    """What one step from T must give."""
     moved = apply(T, source)
     distances = np.linalg.norm(moved[:, None] - target[None], axis=2)
     keep = distances.min(axis=1) <= radius
@@ -138,11 +145,30 @@ def _step_case(rng: np.random.Generator, radius: float, degrees: float, strays: 
     return Case({"source": source, "target": target, "T": T, "radius": radius}, {"truth": truth}, name)
 
 
-def _step_cases(rng: np.random.Generator) -> list[Case]:
+@lru_cache(maxsize=4)
+def _scans(load: Callable[[str], Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Two raw scans of the bunny, points (N, 3) and (M, 3) in metres, and the reference that maps the first onto the second."""
+    bunny = load("stanford_bunny")
+    poses = bunny.reference["scan_poses"]
+    source, target = (bunny.clouds[name].points.astype(np.float64) for name in ("bun045", "bun000"))
+    return source, target, compose(invert(poses["bun000"]), poses["bun045"])
+
+
+def _real_step_case(rng: np.random.Generator, load: Callable[[str], Any]) -> Case:
+    source, target, reference = _scans(load)
+    source, target = (rng.choice(points, count, replace=False) for points, count in ((source, 150), (target, 300)))
+    there = np.eye(4)
+    there[:3, 3] = apply(reference, source).mean(axis=0)
+    off = compose(there, _motion(rng, 4, 0.003), invert(there))
+    return _stepped(source, target, compose(off, reference), 0.006, "two raw scans of the bunny")
+
+
+def _step_cases(rng: np.random.Generator, load: Callable[[str], Any]) -> list[Case]:
     return [
         _step_case(rng, 0.2, rng.uniform(15, 30), 30, "strays above the surface"),
         _step_case(rng, 0.12, rng.uniform(15, 30), 10, "a small radius"),
         _step_case(rng, 0.3, rng.uniform(30, 45), 60, "a large turn so far, many strays"),
+        _real_step_case(rng, load),
     ]
 
 
@@ -230,12 +256,13 @@ TASKS = (
         where="lesson 07, section 1 (if you knew the pairs)",
     ),
     Task(
-        id="07-3", title="mend a step of ICP", points=3, version=1, kind="mend",
+        id="07-3", title="mend a step of ICP", points=3, version=2, kind="mend",
         signature="def icp_step(source, target, T, radius)",
         cases=_step_cases,
         judge=_judge_step,
         misconceptions=MEND_MISTAKES,
         hides=_HIDDEN,
+        data=("stanford_bunny",),
         where="lesson 07, section 2 (closest points, again and again)",
     ),
     Task(

@@ -123,7 +123,7 @@ check("07-2", best_rigid)
 # ## Task 3 — mend a step of ICP (3 points)
 #
 # Somebody wrote one step of ICP. Run again and again it walks away from the target and reports a perfect fitness all the while.
-# There are three mistakes in it. Mend them all.
+# There are three mistakes in it. Mend them all. The check tries bumpy surfaces and two raw scans of the Stanford bunny.
 #
 # - `source`, `target`: (N, 3), (M, 3) float, metres
 # - `T`: (4, 4) `T_target_source` so far
