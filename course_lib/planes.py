@@ -182,9 +182,9 @@ def find_plane(
     reach = checks.number(threshold, "threshold")
     if reach <= 0:
         raise ValueError(f"threshold: expected a positive distance in the unit of the points, got {reach:g}.")
-    start = array[0]
-    local = array - start
-    best = _hypothesis(local, reach, np.random.default_rng(seed), confidence)
+    local = array - (start := array[0])
+    rounding = 8 * np.finfo(np.float64).eps * float(np.abs(array).max())
+    best = _hypothesis(local, reach, np.random.default_rng(seed), confidence, rounding)
     if best is None:
         _fit(array)  # says what is wrong with them
         raise ValueError("points: no three of those drawn span a plane; most of them are equal or on one line.")
@@ -223,7 +223,7 @@ def _refit(inside: NDArray[np.float64]) -> tuple[NDArray[np.float64], float] | N
 
 
 def _hypothesis(
-    local: NDArray[np.float64], reach: float, rng: np.random.Generator, confidence: float
+    local: NDArray[np.float64], reach: float, rng: np.random.Generator, confidence: float, rounding: float
 ) -> tuple[NDArray[np.float64], float] | None:
     """The best plane through three points, compared on a subset and refined on it; None if no three span a plane."""
     some = local if len(local) <= SUBSET else local[rng.integers(0, len(local), SUBSET)]
@@ -236,8 +236,8 @@ def _hypothesis(
         first, second = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
         normal = np.cross(first, second)
         length = np.linalg.norm(normal, axis=1)
-        wide = length > 1e-9 * np.linalg.norm(first, axis=1) * np.linalg.norm(second, axis=1)
-        wide &= length > 0
+        one, other = np.linalg.norm(first, axis=1), np.linalg.norm(second, axis=1)
+        wide = length > np.maximum(1e-9 * one * other, rounding * (one + other))  # a width that is more than rounding
         drawn += BATCH
         if wide.any():
             normal = normal[wide] / length[wide, None]

@@ -58,8 +58,11 @@ def test_nothing_of_the_solutions_is_in_it(tree):
             )
             body = tuple(ast.dump(statement) for statement in node.body if not _is_text(statement))
             assert body not in bodies, f"the answer of {task.id} is in the release"
-            longest = max((ast.unparse(statement) for statement in node.body), key=len)
-            assert longest not in text, f"{longest!r} of {task.id} is in the release"
+            given = solutions.stub(task.id)  # a task that mends gives most of its lines
+            own = [line for line in map(ast.unparse, node.body) if line.splitlines()[0] not in given]
+            assert own or task.kind == "explain", f"{task.id} asks for nothing that it does not give"
+            longest = max(own, key=len, default="")
+            assert not own or longest not in text, f"{longest!r} of {task.id} is in the release"
             checked += 1
     assert checked == sum(len(tasks.lab(number)) for number in LABS)
 
