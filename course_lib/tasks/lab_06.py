@@ -256,7 +256,7 @@ TASKS = (
         judge=_judge_fit,
         misconceptions=FIT_MISTAKES,
         hides=_LIBRARY,
-        where="lesson 06, section 1 (the plane that fits best)",
+        where="lesson 06, section 1 (the plane that fits best); least squares in z: section 2",
     ),
     Task(
         id="06-3", title="mend heights above a real floor", points=3, version=2, kind="mend",
@@ -266,7 +266,7 @@ TASKS = (
         misconceptions=HEIGHT_MISTAKES,
         hides=("course_lib.floors.heights_above", "course_lib.floors.remove_floor"),
         data=("realsense_planes",),
-        where="lesson 06, sections 1 (distances and their sign) and 4 (a room without its floor)",
+        where="lesson 06, section 1 (the plane that fits best), for distances and their sign, and section 4",
     ),
     Task(
         id="06-4", title="which mistake made this", points=2, version=1, kind="which",
@@ -277,7 +277,7 @@ TASKS = (
         where="lesson 06, section 2 (what the eigenvalues say, and what least squares in z says)",
     ),
     Task(
-        id="06-5", title="find a plane that few points belong to", points=4, version=1, kind="open",
+        id="06-5", title="find a plane that few points belong to", points=4, version=2, kind="open",
         signature="def find_plane(points, threshold)",
         cases=lambda rng: [_cluttered(rng)],
         judge=_judge_find,
