@@ -239,9 +239,9 @@ fig, axis = plt.subplots(figsize=(6.2, 3))
 n = np.arange(1, 71)
 axis.plot(n, 100 * (1 - (1 - 0.6**3) ** n), color=show.COLOURS["truth"], label="the formula")
 axis.plot(n[::3], 100 * lucky.mean(axis=0)[::3], "o", ms=4, color=show.COLOURS["ours"], label="20,000 runs")
-for tries, height in [(5, 25), (6, 45), (19, 60), (70, 60)]:
+for tries, side in [(5, "right"), (6, "left"), (19, "left"), (70, "left")]:
     axis.axvline(tries, color=show.COLOURS["outlier"], lw=1, ls=":")
-    axis.annotate(f" {tries}", (tries, height), color=show.COLOURS["outlier"])
+    axis.annotate(f" {tries} ", (tries, 40), color=show.COLOURS["outlier"], ha=side)
 axis.set(xlabel="samples", ylabel="runs with a good one (%)", title="60 % inliers, three points a sample", xlim=(0, 76), ylim=(0, 104))
 axis.legend(loc="lower center", fontsize=9)
 picture(fig, alt=f"The share of runs that have met a sample of inliers only: {100 * lucky[:, 4].mean():.0f} % after 5 samples, "

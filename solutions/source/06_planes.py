@@ -217,7 +217,7 @@ order = np.random.default_rng(591).permutation(6)
 found = {letter: makers[i] for letter, i in zip("ABCDEF", order, strict=True)}
 fig, axes = plt.subplots(2, 3, figsize=(8, 7), sharex=True, sharey=True, layout="constrained")
 for axis, (letter, (plane, _)) in zip(axes.ravel(), found.items(), strict=True):
-    for name, (start, end), colour in [("first board", (0, len(own)), "reference"), ("second board", (len(own), len(near)), "target"),
+    for name, (start, end), colour in [("first board", (0, len(own)), "reference"), ("second board", (len(own), len(near)), "ours"),
                                        ("heap", (len(near), len(all_)), "surface")]:
         axis.plot(all_[start:end, 0], all_[start:end, 2], ".", ms=3, color=show.COLOURS[colour], label=name)
     for which, style in [(truth, {"color": "black", "lw": 1, "label": "true plane"}),
