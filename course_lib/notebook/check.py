@@ -157,7 +157,7 @@ def _failed(result: Result, outcomes: list[Outcome], failures: int) -> Card:
     lines: list[str | tuple[str, str]] = [result.error]
     if failures >= 2 and result.recognised:
         lines.append(("This looks like", result.looks_like.removeprefix("This looks like ")))
-    elif failures >= 2 and result.status == "failed":
+    elif failures >= 2 and result.compares:
         lines.append("None of the usual mistakes fits this answer.")
     if failures >= 3:
         lines.append(("Where to look:", result.where.removeprefix("Where to look: ")))

@@ -36,8 +36,18 @@ def judge_choice(answer: Plain, truth: Plain, choices: Sequence[str], what: str 
         if problem:
             return refuse(problem, 0.2, "wrong")
     wrong = [name for name in names if answer[name] != truth[name]]
-    message = f"Right: {len(names) - len(wrong)} of {len(names)}."
+    message = f"Right: {len(names) - len(wrong)} of {len(names)}.{_repeated(answer, truth, names)}"
     return Verdict(not wrong, float(len(wrong)), 0.2, "wrong", what, message, 1 - len(wrong) / len(names))
+
+
+def _repeated(answer: Plain, truth: Plain, names: Sequence) -> str:
+    """Which choices an answer uses twice and which never, where the truth uses each once."""
+    used, wanted = [answer[name] for name in names], [truth[name] for name in names]
+    if len(set(wanted)) < len(wanted) or len(set(used)) == len(used):
+        return ""
+    twice = " and ".join(repr(choice) for choice in wanted if used.count(choice) > 1)
+    never = " and ".join(repr(choice) for choice in wanted if choice not in used)
+    return f" Used more than once: {twice}; never: {never}."
 
 
 def _choice_problem(answer: Plain, choices: Sequence[str], what: str) -> str:

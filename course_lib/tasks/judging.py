@@ -17,6 +17,7 @@ from course_lib.tasks.running import Outcome, given_text, run
 FAR = 5.0
 """A misconception shows in a case where it is at least so many tolerances from the truth."""
 
+
 @dataclass(frozen=True)
 class _Wrong:
     """What a misconception answers to a case; `far` says whether that is FAR from the truth."""
@@ -72,6 +73,11 @@ class Result:
     def error(self) -> str:
         """The first help: the size of the error, its axis, the worst case."""
         return self.verdict.message
+
+    @property
+    def compares(self) -> bool:
+        """Whether values were compared: not where an answer's form was refused, which the error already names."""
+        return self.status == "failed" and self.task.kind != "explain" and math.isfinite(self.verdict.error)
 
     @property
     def looks_like(self) -> str:

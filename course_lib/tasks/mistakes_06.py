@@ -52,6 +52,21 @@ TRIES_MISTAKES = (
         _wrong_tries("inlier_share**3"),
     ),
     Misconception(
+        "always 0.99",
+        "a confidence of 0.99 whatever was asked: use the confidence that you are given",
+        _wrong_tries(number="np.log(0.01) / np.log(1 - good)"),
+    ),
+    Misconception(
+        "not rounded",
+        "a number of tries with a fraction: nobody draws half a sample, so round up",
+        _wrong_tries(rounded="").replace("int(", "float("),
+    ),
+    Misconception(
+        "rounded to the nearest",
+        "a number of tries rounded to the nearest, which may stay just below the confidence: round up",
+        _wrong_tries(rounded="round"),
+    ),
+    Misconception(
         "good for bad samples",
         "the logarithm of the chance of a good sample: a sample is bad with probability 1 minus that",
         _wrong_tries(number="np.log(1 - confidence) / np.log(good)"),
@@ -82,6 +97,7 @@ FIT_MISTAKES = (
         "mean not subtracted",
         "a scatter of points about the origin, which mostly says where they lie: subtract their mean first",
         _wrong_fit("points.T @ points"),
+        variants=(_wrong_fit("points.T @ points", offset="0.0"),),
     ),
     Misconception(
         "largest eigenvector",
@@ -140,6 +156,12 @@ def _wrong_heights(left: tuple[str, ...], side: str = "") -> str:
     )
 
 
+_HEIGHTS = (
+    "def heights_above_floor(points, plane):\n"
+    "    normal, d, length = plane[:3], plane[3], np.linalg.norm(plane[:3])\n"
+    "    return {}\n"
+)
+
 HEIGHT_MISTAKES = tuple(
     Misconception(
         " and ".join(left) + " left in",
@@ -160,6 +182,27 @@ HEIGHT_MISTAKES = tuple(
         "heights along the camera's y, as if it looked straight ahead: measure them along the floor's normal",
         "def heights_above_floor(points, plane):\n"
         "    return np.abs(plane[3]) / np.linalg.norm(plane[:3]) - points[:, 1]\n",
+    ),
+    Misconception(
+        "d not divided",
+        "n divided by its length, but not d: both belong to one equation, so divide n · x + d as a whole",
+        _HEIGHTS.format("(points @ (normal / length) + d) * np.sign(d)"),
+        variants=(_HEIGHTS.format("points @ normal / length * np.sign(d) + np.abs(d)"),),
+    ),
+    Misconception(
+        "length of all four numbers",
+        "a distance divided by the length of all four numbers: only n has a say in it, np.linalg.norm(plane[:3])",
+        _HEIGHTS.format("(points @ normal + d) / np.linalg.norm(plane) * np.sign(d)"),
+    ),
+    Misconception(
+        "always turned round",
+        "heights turned round whatever the normal: it may point down or up; the camera, at the origin, is above",
+        _HEIGHTS.format("-(points @ normal + d) / length"),
+    ),
+    Misconception(
+        "side by the normal's y",
+        "the side told by the normal's y, as if -y were up: the camera may look down; it is at the origin, above",
+        _HEIGHTS.format("-(points @ normal + d) / length * np.sign(normal[1])"),
     ),
 )
 
@@ -211,6 +254,23 @@ WHICH_MISTAKES = (
         "least squares in z for outliers",
         "least squares in z and outliers taken for each other: the former used the right points and leans all the same",
         _swapped(CAUSES[3], CAUSES[2]),
+    ),
+    Misconception(
+        "least squares in z for the mean",
+        "least squares in z and the missing mean taken for each other: without the mean, the plane goes through the "
+        "camera; least squares in z goes through the middle of its points",
+        _swapped(CAUSES[3], CAUSES[0]),
+    ),
+    Misconception(
+        "offset for the mean",
+        "the wrong sign of d and the missing mean taken for each other: a wrong sign leaves the normal right and moves "
+        "the plane off the board",
+        _swapped(CAUSES[4], CAUSES[0]),
+    ),
+    Misconception(
+        "offset for the largest eigenvector",
+        "the wrong sign of d and the largest eigenvector taken for each other: a wrong sign leaves the normal right",
+        _swapped(CAUSES[4], CAUSES[1]),
     ),
 )
 

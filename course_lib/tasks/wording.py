@@ -116,7 +116,8 @@ def place_of(index: Sequence[int], shape: Sequence[int]) -> str:
 
 def is_(what: str) -> str:
     """The subject of a sentence with its verb: "The depth is", "The points are", "x is"."""
-    plural = what.endswith("s") and not what.endswith(("ss", "us", "is", "as"))
+    head = what.split(" of ")[0]  # the number of tries is one
+    plural = head.endswith("s") and not head.endswith(("ss", "us", "is", "as"))
     return f"{up(what)} {'are' if plural else 'is'}"
 
 

@@ -39,7 +39,8 @@ show.panels({"as measured": cloud, "four planes": (cloud.points, flat)}, view=fr
 
 # %% [markdown]
 # Nobody told the program where the desk is. It tried planes through three points, kept those that many points agree with, and coloured
-# these points. Grey is what no plane claims. Robots do this all day: the floor is where they drive, what stands on it is what they
+# these points. Grey is what no plane claims; the specks on the wall are points more than 4 mm off. A plane has no end: the desk's meets the wall in
+# a thin blue line, and the front's cuts the globe in a pink spot. Robots do this all day: the floor is where they drive, what stands on it is what they
 # must not hit.
 #
 # ## Card
@@ -47,7 +48,7 @@ show.panels({"as measured": cloud, "four planes": (cloud.points, flat)}, view=fr
 # | | |
 # |---|---|
 # | You will | fit a plane by its scatter matrix and say what its eigenvalues mean; derive how often RANSAC must try; find several planes; remove a floor; highlight text and edges, with precision and recall |
-# | Minutes | 45 for the core, 60 for the lab |
+# | Minutes | 45 for the core (all but *Going further*), 60 for the lab |
 # | Before | lesson 02 (frames), lesson 04 (normals by covariance) |
 # | Teaches | the lecture, "Fitting a plane"; the report, section 17 |
 # | Data | `lettered_box`, `living_room` (simulated, with truth); real RealSense frames; PCL's plane test |
@@ -63,7 +64,10 @@ show.panels({"as measured": cloud, "four planes": (cloud.points, flat)}, view=fr
 # ## 1 The plane that fits best
 #
 # A plane is all points $x$ with $n \cdot x + d = 0$. If $n$ has length 1, $n \cdot x + d$ is the distance of $x$ from it, with a sign for the
-# side. Given points, which plane has the smallest sum of squared distances? It goes through their mean $\mu$. And $n$ is the
+# side. For an $n$ of any length, the distance is $(n \cdot x + d) / \|n\|$. At the origin that is $d / \|n\|$: so the sign of $d$ tells on which side of the
+# plane the camera is, if the points are in its frame.
+#
+# Given points, which plane has the smallest sum of squared distances? It goes through their mean $\mu$. And $n$ is the
 # direction in which they spread least. The **scatter matrix** $S = \sum (x - \mu)(x - \mu)^T$ holds their spread: $n^T S\, n$ is exactly
 # that sum of squares. It is smallest for the **eigenvector** of the smallest eigenvalue.
 
@@ -88,10 +92,10 @@ assert np.isclose(abs(normal @ library.normal), 1) and np.isclose(abs(d), abs(li
 mean, covariance = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(on_desk)).compute_mean_and_covariance()
 by_open3d = np.linalg.eigh(covariance)[1][:, 0]  # Open3D's covariance is the scatter matrix, divided by N
 assert np.isclose(abs(normal @ by_open3d), 1) and np.isclose(normal @ mean, -d)
-report("the desk's normal is off by", np.degrees(np.arccos(abs(normal[2]))), "degrees", digits=2)
+report("the desk's normal is off from the world's z axis by", np.degrees(np.arccos(abs(normal[2]))), "degrees", digits=2)
 
 # %% [markdown]
-# The lecture prints $J = \sum x x^T$: no mean, and the name *inertial matrix*. Before you see what that does, commit yourself.
+# The lecture prints $J = \sum x x^T$: no mean. Before you see what that does, commit yourself.
 
 # %% tags=["prediction"]
 guess = None  # degrees
@@ -121,16 +125,18 @@ rows = []
 for tilt in (0, 20):
     points, true = board(tilt)
     centred = points - points.mean(axis=0)
-    for name, matrix in [("Σ x xᵀ, as printed", points.T @ points), ("scatter, centred", centred.T @ centred),
-                         ("inertia, tr(S) I − S", np.sum(centred**2) * np.eye(3) - centred.T @ centred)]:
+    for name, matrix in [("Σ x xᵀ, as printed", points.T @ points), ("scatter, centred", centred.T @ centred)]:
         vectors = np.linalg.eigh(matrix)[1]
         rows.append([f"{name}; tilted {tilt}", *(degrees_between(vectors[:, i], true) for i in range(3))])
-report_table(rows, columns=["matrix", "smallest (degrees off)", "middle", "largest"], digits=2, smallest=0.1)
+report_table(rows, columns=["matrix", "smallest (degrees off)", "middle", "largest"], digits=2, smallest=0.001)
+S = centred.T @ centred
+assert np.isclose(abs(np.linalg.eigh(np.trace(S) * np.eye(3) - S)[1][:, 2] @ np.linalg.eigh(S)[1][:, 0]), 1)  # inertia: the largest
 
 # %% [markdown]
-# Three matrices, three answers. *As printed*, the smallest eigenvector is useless. Centred, it is the normal to a hundredth of a degree.
-# And the matrix that mechanics calls the **moment of inertia**, $\mathrm{tr}(S)\,I - S$, turns the order round: a plate is hardest to
-# spin about the axis that stands on it, so there the normal is the *largest*. The lecture uses the name of one matrix and the rule of another.
+# *As printed*, the smallest eigenvector is useless. The largest points from the origin to the board; so on the tilted board it is off by the
+# tilt, and the smallest, at a right angle to it, by what is missing to a right angle. Centred, the smallest is the normal to a few hundredths of a degree.
+# The lecture calls its matrix *inertial*; but in mechanics the moment of inertia is $\mathrm{tr}(S)\,I - S$, and of that the normal is the *largest*
+# eigenvector: the name of one matrix, the rule of another.
 #
 # ## 2 What the eigenvalues say, and what least squares in z says
 #
@@ -144,7 +150,7 @@ values = np.linalg.eigvalsh((points - points.mean(axis=0)).T @ (points - points.
 truth = [1000 / np.sqrt(12), 500 / np.sqrt(12), 5.0]  # of evenly spread points: length / √12; and the noise
 radii = 1000 * np.sqrt(values / len(points))
 report_table([[name, float(v), float(r), t] for name, v, r, t in zip(["along", "across", "out of it"], values, radii, truth, strict=True)],
-             columns=["direction", "eigenvalue (m²)", "root of its mean (mm)", "true deviation (mm)"])
+             columns=["direction", "eigenvalue (m²)", "√(eigenvalue / N) (mm)", "true deviation (mm)"])
 fig, axis = plt.subplots(figsize=(6.2, 3.4))
 axis.plot(*points[::8, :2].T, ".", ms=2, color=show.COLOURS["surface"])
 angle = np.linspace(0, 2 * np.pi, 200)
@@ -152,12 +158,12 @@ for a, b, what, colour in [(1, np.sqrt(values[1] / values[0]), "roots of eigenva
                            (1, values[1] / values[0], "eigenvalues", "outlier")]:
     axis.plot(0.5 * a * np.cos(angle), 0.5 * b * np.sin(angle), lw=2, color=show.COLOURS[colour], label=what)
 axis.set(aspect="equal", xlabel="x (m)", ylabel="y (m)", title="Two ellipses of the same length over a board 1.0 x 0.5 m")
-axis.legend(loc="upper right", fontsize=9)
+axis.legend(loc="upper left", bbox_to_anchor=(1, 1), fontsize=9)
 picture(fig, alt=f"A board twice as long as wide. The ellipse by roots is {radii[0] / radii[1]:.1f} times as long as wide and fills the "
                  f"board; the one by eigenvalues is {values[0] / values[1]:.1f} times as long as wide, too thin by half.")
 
 # %% [markdown]
-# The third root is the noise, for free: the sensor's error across the plane. And there is another method that many people write first:
+# The third root is the noise, for free: the sensor's error across the plane. It will choose our thresholds. And there is another method that many people write first:
 # solve $z = ax + by + c$ by **least squares**. It measures errors along z, not across the plane. Is that the same?
 
 # %%
@@ -233,12 +239,13 @@ fig, axis = plt.subplots(figsize=(6.2, 3))
 n = np.arange(1, 71)
 axis.plot(n, 100 * (1 - (1 - 0.6**3) ** n), color=show.COLOURS["truth"], label="the formula")
 axis.plot(n[::3], 100 * lucky.mean(axis=0)[::3], "o", ms=4, color=show.COLOURS["ours"], label="20,000 runs")
-for tries in (6, 19, 70):
+for tries, side in [(5, "right"), (6, "left"), (19, "left"), (70, "left")]:
     axis.axvline(tries, color=show.COLOURS["outlier"], lw=1, ls=":")
-    axis.annotate(f" {tries}", (tries, 60), color=show.COLOURS["outlier"])
-axis.set(xlabel="samples", ylabel="runs with a good one (%)", title="60 % inliers, three points a sample", xlim=(0, 76))
+    axis.annotate(f" {tries} ", (tries, 40), color=show.COLOURS["outlier"], ha=side)
+axis.set(xlabel="samples", ylabel="runs with a good one (%)", title="60 % inliers, three points a sample", xlim=(0, 76), ylim=(0, 104))
 axis.legend(loc="lower center", fontsize=9)
-picture(fig, alt=f"The share of runs that have met a sample of inliers only: {100 * lucky[:, 5].mean():.0f} % after 6 samples, "
+picture(fig, alt=f"The share of runs that have met a sample of inliers only: {100 * lucky[:, 4].mean():.0f} % after 5 samples, "
+                 f"{100 * lucky[:, 5].mean():.0f} % after 6, "
                  f"{100 * lucky[:, 18].mean():.1f} % after 19, practically all after 70; dots lie on the formula's curve.")
 
 # %%
@@ -270,7 +277,10 @@ assert degrees_between(settled, np.asarray(theirs[:3])) < 0.2
 # %% [markdown]
 # The formula counts samples without outliers; it knows nothing of noise. A plane through three good points has the noise of three points, leans a
 # little and misses many inliers. So fit to those it has, collect again, fit again: `settle`. RANSAC decides *who* belongs, least squares *where* the
-# plane is. The threshold is yours to choose: three times the noise keeps nearly every inlier.
+# plane is. (There are more inliers than points of the board: some things lie within 15 mm of its plane by chance.)
+#
+# The threshold is yours to choose. Measure the noise first: fit a plane to a patch that surely is one surface; section 2's third root is it. Three
+# times that keeps nearly every inlier, and is the most to use. Where another surface runs alongside, it may be too much: *Break it* shows it.
 #
 # ## 4 Several planes, and a room without its floor
 #
@@ -291,24 +301,28 @@ for _ in range(3):
     left = left[~inliers]
 
 # %% tags=["hide-input"]
-rows, paint = [], np.full((len(some), 3), 205, np.uint8)
+rows, paint, some_names = [], np.full((len(some), 3), 205, np.uint8), names[label[::10]]
 upright = {"rug": [0, 0, 1], "table": [0, 0, 1], "wall": [0, 1, 0]}
 library = planes.find_planes(some, 0.015, most=3)
-for ((normal, _), index), (its, _), colour in zip(found, library, [(0, 114, 178), (230, 159, 0), (0, 158, 115)], strict=True):
-    seen = names[label[::10][index]]
+for ((normal, d), index), (its, _), colour in zip(found, library, [(0, 114, 178), (230, 159, 0), (0, 158, 115)], strict=True):
+    seen = some_names[index]
     most = max(set(seen), key=list(seen).count)
-    rows.append([most, len(index), 100 * float(np.isin(seen, {"rug": ["rug", "floor"], "wall": ["wall", "poster"]}.get(most, [most])).mean()),
+    off = np.abs(some @ normal + d)
+    its_own = (some_names == most) & (off < 0.1)  # not the other walls
+    rows.append([most, len(index), 1482.6 * float(np.median(off[its_own])), 100 * float(np.isin(np.flatnonzero(its_own), index).mean()), 100 * float(np.isin(seen, {"rug": ["rug", "floor"], "wall": ["wall", "poster"]}.get(most, [most])).mean()),
                  degrees_between(normal, np.array(upright[most])), degrees_between(its.normal, np.array(upright[most]))])
     paint[index] = colour
-report_table(rows, columns=["mostly", "points", "of it, or lying on it (%)", "normal off by (degrees)", "the library's"], digits=2)
+report_table(rows, columns=["mostly", "points", "noise here (mm)", "of the surface, found (%)", "of the found, on it (%)", "normal off by (degrees)", "the library's"], digits=2)
 show((some, paint), view="iso", frame="world", title="Three planes, one after the other",
-     alt="A room from above at an angle: the floor with its rug, the back wall and the table top in three colours, everything else grey.")
+     alt="A room from above at an angle: the floor with its rug, the back wall and the table top in three colours, everything else grey. "
+         "Grey specks are mixed into the wall's colour, about as many as coloured ones.")
 
 # %% [markdown]
-# Floor and rug became one plane, and so did the wall and its posters: the threshold is 15 mm, three times the noise at this distance, and the rug is 12 mm thick. Whether that is a mistake depends on you. For
-# driving it is right.
+# Floor and rug became one plane, and so did the wall and its posters: the threshold is 15 mm, and the rug is 12 mm thick. Whether that is a mistake depends on you. For
+# driving it is right. And half of the wall stays grey. That is no bug: noise grows with distance, and what is three times the noise of the near
+# rug is less than the noise of the far wall. One threshold does not fit all distances.
 #
-# Which of the level planes is the floor? Not the largest: in front of a table, that is the table. The *lowest*. A normal may point
+# Which of the level planes is the floor? Not always the largest, though it is here: close to a table, that is the table. The *lowest*. A normal may point
 # either way, so measure heights on the side that is up. Then keep what is higher than 30 mm.
 
 # %%
@@ -332,7 +346,7 @@ show.panels({"with its floor": lifted, "without": lifted.select(~floor)}, view="
 # The table top is this lesson's row in the error budget. Thousands of points average the noise out. What remains is a tilt: within the threshold there
 # are also books, a mug's foot and a strip of wall, and they pull. How far is the fitted plane from the true top, over the table?
 
-# %%
+# %% tags=["hide-input"]
 (normal, d), index = next(one for one in found if (names[label[::10][one[1]]] == "table").mean() > 0.5)
 true_top = room.truth["table_centre"][2]
 over = some[index[names[label[::10]][index] == "table"]]
@@ -340,6 +354,9 @@ off = (over[:, :2] @ normal[:2] + true_top * normal[2] + d) / abs(normal[2])
 show.error_budget({"plane": (degrees_between(normal, np.array([0, 0, 1])), 1000 * metrics.rms(off))})
 
 # %% [markdown]
+# The effect is the RMS distance between the fitted and the true plane, over the part of the top that is seen. It is less than tilt times
+# distance: the tilt turns the plane about the middle of its points, not about the camera.
+#
 # ## 5 Text and edges stand out
 #
 # Figure 18 of the report highlights white text on a black box. What can tell us where the text is? Its colour: it is bright. And its
@@ -356,7 +373,7 @@ def highlight(frame, bright=100, black=60):
     rest = np.ones(len(points), bool)
     for plane, _ in planes.find_planes(points, 0.004, most=2):  # desk and wall
         level = abs(plane.normal[2]) > 0.9
-        rest &= np.abs(plane.distances(points)) > (0.01 if level else 0.04)  # posters hang 24 mm before the wall
+        rest &= np.abs(plane.distances(points)) > (0.01 if level else 0.04)  # the posters' frames stand out 24 mm
     dark = np.flatnonzero(rest & (colors.max(axis=1) < black))
     found = np.zeros(len(points), bool)
     for side, index in planes.find_planes(points[dark], 0.004, most=3, least=1000):
@@ -376,24 +393,27 @@ for i, one in enumerate(desk.frames):
     measured = one.depth > 0
     picks[i] = highlight(one)
     for name, picked in [("bright points", one.color[measured].min(axis=1) > 100), ("bright, on a flat black side", picks[i])]:
-        rows.append([f"view {i + 1}{' (tuned on)' if i == 0 else ''}", name, *map(float, score(picked, desk.truth["ink"][i][measured]))])
-report_table(rows, columns=["view", "what is picked", "precision (%)", "recall (%)"], digits=2)
+        wrong = desk.truth["labels"][i][measured][picked & ~desk.truth["ink"][i][measured]] == desk.truth["label_names"].index("keyboard")
+        rows.append([f"view {i + 1}{' (tuned on)' if i == 0 else ''}", name, *map(float, score(picked, desk.truth["ink"][i][measured])),
+                     100 * float(wrong.mean())])
+report_table(rows, columns=["view", "what is picked", "precision (%)", "recall (%)", "of the wrong, on the keyboard (%)"], digits=2, smallest=0.1)
 
 highlighted = {}
 for name, picked in [("bright points", cloud.colors.min(axis=1) > 100), ("bright, on a flat black side", picks[0])]:
     highlighted[name] = np.full_like(frame.color, 25)
     highlighted[name][frame.depth > 0] = np.where(picked[:, None], 255, 25)
 show.images(highlighted, title="What was picked, in white on black",
-            alt="Left nearly everything is white: wall, desk, mug, rabbit. Right, on black: POINT CLOUD in its frame, and most of the "
-                "text on the top of the box. Nothing else is white.")
+            alt="Left nearly everything is white: wall, desk, mug, rabbit. Right, on black: POINT CLOUD in its frame, whose bottom line is "
+                "missing, and most of the text on the top of the box. Nothing else is white.")
 
 # %% [markdown]
 # Colour finds nearly all of the text, and the mug, the wall, the posters. Geometry throws these out. We set the two brightness limits by looking at the
-# first view; the other two are the honest score. In the second, the keyboard joins in. It, too, has white text on flat black: no mistake, only not our box.
+# first view; the other two are the honest score. In the second, the keyboard joins in: most of the wrong points are on it. It, too, has white text on flat black: no mistake,
+# only not our box. The bottom line of the frame went with the desk, of which we took away 10 mm to either side.
 #
 # Geometry has its own highlights. Around a point on a plane the smallest eigenvalue is only noise; around an edge it is not. The
-# **surface variation** $\lambda_0 / (\lambda_0 + \lambda_1 + \lambda_2)$ is a number for that: 0 on a plane, at most one third. It
-# is what people often call *curvature* of a cloud.
+# **surface variation** $\lambda_0 / (\lambda_0 + \lambda_1 + \lambda_2)$ is a number for that: 0 on a plane, and at most one third, where all
+# three are equal. It is what people often call *curvature* of a cloud.
 
 # %%
 def variation(points, k):
@@ -404,15 +424,16 @@ def variation(points, k):
     return values[:, 0] / values.sum(axis=1)
 
 
-view2 = desk.frames[2]
-here = pointcloud.from_frame(view2, world=True)
-names2 = np.array(desk.truth["label_names"])[desk.truth["labels"][2][view2.depth > 0]]
-box = downsample.voxel_downsample(here.points[names2 == "box"], 0.003)
+third = desk.frames[2]
+here = pointcloud.from_frame(third, world=True)
+its_names = np.array(desk.truth["label_names"])[desk.truth["labels"][2][third.depth > 0]]
+box = downsample.voxel_downsample(here.points[its_names == "box"], 0.003)
 bend = variation(box, 60)
 assert np.allclose(bend, normals.fit_surfels(box, k=60).variation, atol=1e-6)
 
 # %% [markdown]
-# We know where the twelve edges of the box are. Of the points with a variation above 0.03, how many lie within 8 mm of one?
+# Sixty neighbours, 3 mm apart, reach 3 mm · √(60 / π), about 13 mm: an edge that is nearer bends the neighbourhood. We know where the twelve
+# edges of the box are. How many of the points with a variation above 0.03, far more than a typical point has, lie within 8 mm of one?
 
 # %% tags=["hide-input"]
 corners = desk.truth["box_corners"]
@@ -424,9 +445,10 @@ for a, b in pairs:
     t = np.clip((box - corners[a]) @ along / (along @ along), 0, 1)
     to_edge = np.minimum(to_edge, np.linalg.norm(box - corners[a] - t[:, None] * along, axis=1))
 precision, recall = score(bend > 0.03, to_edge < 0.008)
+report("surface variation of the typical point", np.median(bend), digits=2)
 report("of the marked points, near an edge (precision)", precision, "%", digits=2)
 report("of the points near an edge, marked (recall)", recall, "%", digits=2)
-show((box, bend), view=view2.T_world_camera, label="surface variation", limits=(0, 0.1), zoom=0.8,
+show((box, bend), view=third.T_world_camera, label="surface variation", limits=(0, 0.1), zoom=0.8,
      title="Edges light up where both sides are seen",
      alt="The box, thinned to 3 mm. The three edges between its front, left side and top are yellow; its outline and its flat sides are dark.")
 
@@ -461,9 +483,7 @@ report("print has the larger surface variation", 100 * float((draw[0] > draw[1])
 #
 # | The document says | What we found | Evidence |
 # |---|---|---|
-# | Lecture: $J = \sum x x^T$ | uncentred, the normal is off by up to a right angle; subtract the mean | table in section 1 |
-# | Lecture: it is "the inertial matrix" | it is the scatter matrix; inertia is $\mathrm{tr}(S) I - S$ | section 1 |
-# | Lecture: the smallest eigenvalue gives the normal | yes for the scatter matrix, centred; for inertia it is the largest | section 1 |
+# | Lecture: $J = \sum x x^T$, "the inertial matrix"; its smallest eigenvalue gives the normal | so it is for the scatter matrix, centred; uncentred it is off by up to a right angle, and for inertia it is the largest | section 1 |
 # | Lecture: the radii "are the eigenvalues" | they go with the square roots | table and picture in section 2 |
 # | Lecture: P "denotes the coordinate of each point" | the formula has x, and there is no P in it; a slip of the pen | reading |
 # | Lecture: one fit for all points | holds where all points belong to the plane; else RANSAC first | table in section 3 |
@@ -474,53 +494,85 @@ report("print has the larger surface variation", 100 * float((draw[0] > draw[1])
 # %% [markdown]
 # ## Break it
 #
-# More inliers are better, is that not what RANSAC says? Take the wall of the first view and its two posters, whose pictures lie 12 to 24 mm in front
-# of it, and raise the threshold. We know the wall: it stands at y = 0.55 m. Which threshold would you choose by the number of inliers?
+# More inliers are better, is that not what RANSAC says? Take the wall of the first view and its two posters: their pictures hang 12 mm in front
+# of it, their frames stand out 24 mm. Measure the noise on a patch of bare wall, then raise the threshold. We know the wall: it stands at
+# y = 0.55 m. Which threshold would you choose by the number of inliers?
 
 # %%
 upright = cloud.select(np.abs(cloud.points[:, 1] - 0.55) < 0.1)
-fig, axes = plt.subplots(1, 3, figsize=(9, 2.8), sharey=True)
-rows = []
-for axis, threshold in zip(axes, (0.004, 0.008, 0.02), strict=True):
-    plane, inliers = planes.find_plane(upright.points, threshold)
-    off = 1000 * plane.distances(upright.points)
-    off = off * np.sign(plane.normal[1])
-    rows.append([1000 * threshold, int(inliers.sum()), degrees_between(plane.normal, np.array([0, 1, 0])), metrics.rms(off[inliers])])
-    axis.hist(off, bins=np.arange(-32, 20, 0.5), color=show.COLOURS["surface"])
-    axis.hist(off[inliers], bins=np.arange(-32, 20, 0.5), color=show.COLOURS["inlier"])
-    axis.set(title=f"threshold {1000 * threshold:g} mm", xlabel="distance from the plane (mm)")
-axes[0].set_ylabel("points")
-report_table(rows, columns=["threshold (mm)", "inliers", "normal off by (degrees)", "RMS distance of inliers (mm)"], digits=2)
-picture(fig, alt=f"Three histograms of distances. At {rows[0][0]:g} mm the inliers are one narrow hump, the wall, and the posters stand "
-                 f"apart. At {rows[1][0]:g} mm the humps have run into each other, and at {rows[2][0]:g} mm all of them are inliers.")
+x, _, z = upright.points.T
+patch = upright.points[(x > -0.95) & (x < -0.75) & (z > 0.8) & (z < 1.1)]  # beside the posters hangs nothing
+noise = 1000 * metrics.rms(planes.fit_plane(patch).distances(patch))  # section 2's third root
+report("noise of the wall", noise, "mm", digits=2)
+rows, tried = [], {}
+for threshold in (3, 4, 5, 8, 20):
+    plane, inliers = planes.find_plane(upright.points, threshold / 1000)
+    before = -1000 * np.sign(plane.normal[1]) * plane.distances(upright.points)  # positive in front of the plane
+    tried[threshold] = plane, before, inliers
+    rows.append([float(threshold), threshold / noise, int(inliers.sum()), degrees_between(plane.normal, np.array([0, 1, 0])),
+                 metrics.rms(before[inliers]) / noise, threshold / np.sqrt(3) / noise])
+report_table(rows, columns=["threshold (mm)", "/ noise", "inliers", "normal off by (degrees)", "RMS of inliers / noise",
+                            "RMS of a full band / noise"], digits=2)
+
+# %% tags=["hide-input"]
+kind = np.array(desk.truth["label_names"])[desk.truth["labels"][0][frame.depth > 0]][np.abs(cloud.points[:, 1] - 0.55) < 0.1]
+fig, axes = plt.subplots(1, 4, figsize=(11, 3.4), width_ratios=[1.25, 1, 1, 1], layout="constrained")
+for name, colour in [("wall", "reference"), ("poster", "source")]:
+    some_of = np.flatnonzero(kind == name)[::60]
+    axes[0].plot(1000 * (0.55 - upright.points[some_of, 1]), z[some_of], ".", ms=2, color=show.COLOURS[colour], label=name)
+across = np.median(x[kind == "poster"])
+for threshold, style in [(4, "-"), (5, "--"), (20, ":")]:
+    (a, b, c), d = tried[threshold][0].normal, tried[threshold][0].offset
+    heights = np.array([z.min(), z.max()])
+    axes[0].plot(1000 * (0.55 + (a * across + c * heights + d) / b), heights, style, color="black", lw=1.5, label=f"{threshold:g} mm")
+axes[0].set(xlim=(-12, 32), xlabel="in front of the wall (mm)", ylabel="z (m)", title="from the side, stretched")
+axes[0].legend(fontsize=7, markerscale=4, loc="lower right")
+for axis, threshold in zip(axes[1:], (4, 5, 20), strict=True):
+    _, before, inliers = tried[threshold]
+    axis.hist(before, bins=np.arange(-24, 34, 0.5), histtype="stepfilled", color=show.COLOURS["surface"], label="all points")
+    axis.hist(before[inliers], bins=np.arange(-24, 34, 0.5), histtype="stepfilled", color=show.COLOURS["inlier"], label="inliers")
+    axis.set(title=f"threshold {threshold:g} mm", xlabel="in front of the plane (mm)", yticks=[], ylim=(0, 10_500))
+for at, name, high in [(0, "wall", 9300), (12, "pictures", 6500), (24, "frames", 1500)]:
+    axes[1].annotate(name, (at, high), ha="center", fontsize=8)
+axes[1].set_ylabel("points")
+axes[3].legend(fontsize=7, loc="upper left")
+picture(fig, alt=f"Left, wall and posters from the side: the plane of {rows[1][0]:g} mm lies in the wall, that of {rows[2][0]:g} mm leans from "
+                 "the wall at the bottom to the pictures at the top, that of 20 mm lies in the pictures. Right, three "
+                 "histograms of distances. In the first the inliers are one narrow hump, the wall; pictures and frames stand apart. In the second "
+                 "the humps have run into each other and the inliers fill their band; in the third all humps are inliers.")
 
 # %% [markdown]
-# The middle one has many more inliers than the first, and is the worst plane: it leans from the wall at one end to the posters at the other. The last has
-# more still, leans less, and lies between wall and posters. Two things expose both. The distances of their inliers are several times the sensor's noise, and they fill the band, or gather
-# in several humps, instead of in its middle. A professional sets the threshold from the noise, at most three times, looks at the histogram
-# of residuals, and where things are nearly coplanar also asks that normals agree.
+# At 5 mm, a little less than three times the noise, there are many more inliers than at 4 mm, and the plane is the worst of all: it leans from the wall at the bottom to
+# the pictures at the top. A band that cuts across both surfaces collects more points than one that lies in the wall. At 20 mm there are more
+# still, and the plane leans less, but it lies on the posters' pictures, with the wall behind it and the frames in front. Two things expose
+# all of these. The RMS of the inliers is larger than the noise. And it is near that of a band that is filled evenly, threshold / √3: they fill the band, or
+# gather in several humps, instead of in its middle.
+#
+# A professional takes *at most* three times the noise, and where another surface runs alongside, at most a third of the gap to it: here 4 mm. Then
+# they look at the histogram of residuals, and where things are nearly coplanar they also ask that normals agree.
 #
 # ## On real data
 #
 # PCL tests its plane fit on a real cloud, `sac_plane_test`, with a threshold of 30 mm. The test says what the ratios n / d should be, to within 0.1: a
-# *reference*. But for the third ratio after refining, it was switched off: it failed on some systems, "not sure why yet". Random numbers differ between
-# systems. So we try twenty seeds.
+# *reference*. One of its assertions is commented out, that for n_z / d after the refit, because it failed on some systems, "not sure why yet". Random numbers
+# differ between systems. So we try twenty seeds, and count those whose n_z / d is off by more than the test allows.
 
 # %% tags=["real-data"]
 # real data: pcl_tests
 scan = data.load("pcl_tests").clouds["sac_plane_test"].points.astype(float)
-rows = [["PCL's test, reference", "", -0.8964, -0.5868, -1.208, -1.208]]
+rows = [["PCL's test, reference", "", -0.8964, -0.5868, -1.208, -1.208, ""]]
 for threshold in (0.03, 0.02, 0.01):
     tried = [planes.find_plane(scan, threshold, seed=seed) for seed in range(20)]
     ratios = np.array([plane.normal / plane.offset for plane, _ in tried])
     rows.append([f"ours, threshold {1000 * threshold:g} mm", int(np.median([inliers.sum() for _, inliers in tried])),
-                 *map(float, np.median(ratios[:, :2], axis=0)), float(ratios[:, 2].min()), float(ratios[:, 2].max())])
-report_table(rows, columns=["fit", "inliers", "n_x / d", "n_y / d", "n_z / d, lowest", "highest"])
+                 *map(float, np.median(ratios[:, :2], axis=0)), float(ratios[:, 2].min()), float(ratios[:, 2].max()),
+                 int(np.sum(np.abs(ratios[:, 2] + 1.208) > 0.1))])
+report_table(rows, columns=["fit", "inliers", "n_x / d", "n_y / d", "n_z / d, lowest", "highest", "seeds off, of 20"])
 
 # %% [markdown]
 # It is the failure that you have just seen. At 30 mm the inliers include points of something beside the plane, how many depends on the seed, and
-# least squares follows them: some seeds miss by more than the test allows. At 10 mm all seeds agree, with each other and with the reference. And now a RealSense camera, on a floor, before a box with a label, on which the print is dark and its ground white: the same rule, turned round. It
-# knows no world frame; but it was held level, so *up* is about −y.
+# least squares follows them: a few seeds miss by more than the test allows. At 10 mm all seeds agree, with each other and with the reference. And now a RealSense camera, on a floor, before a box with a label, on which the print is dark and its ground white. So we turn the rule round: dark points next to
+# white ones, on a flat side. The camera knows no world frame. It was not rolled and looked down a little, so *up* is −y to within 30 degrees.
 
 # %% tags=["real-data"]
 # real data: realsense_planes
@@ -543,10 +595,14 @@ report("the camera's height above the floor", float(abs(floor.offset)), "m")
 report("the camera looked down by", float(np.degrees(np.arcsin(abs(floor.normal[2])))), "degrees", digits=2)
 report("angle between floor and box", degrees_between(floor.normal, side.normal), "degrees")
 report("RMS distance of the floor's points from it", 1000 * metrics.rms(floor.distances(lifted.points[height <= 0.01])), "mm", digits=2)
-show.panels({"as measured": lifted, "floor, flat side, dark print": (lifted.points, paint)}, view="camera",
-            alt="A room with a box that bears five digits in circles. Right, the floor is blue, the box's front pale, and the five digits on its label vermilion.")
+show.panels({"as measured": lifted, "floor, flat side, dark next to white": (lifted.points, paint)}, view="camera",
+            alt="A room with a box; its label bears five digits in circles. Right, the floor is blue, the box's front pale. Vermilion are the five "
+                "digits, and also the black tape along both edges of the label, hand holes above it, and part of a logo.")
 
 # %% [markdown]
+# The rule finds all five digits, and more of other things: black tape, hand holes, a logo, where they meet something white. By eye, the precision is below
+# one half. On the lettered box the rule fitted because we knew the box.
+#
 # There is no truth here, so we ask for what we know of boxes: that they stand upright. The angle between floor and box is a measurement of
 # everything together. The residuals of a real floor are not the simulated ones: besides noise they hold slow waves of several millimetres, which
 # no averaging removes, and which lesson 11 measures.
@@ -556,7 +612,7 @@ show.panels({"as measured": lifted, "floor, flat side, dark print": (lifted.poin
 # - Centre, then scatter matrix, then the eigenvector of the *smallest* eigenvalue. Radii go with the root.
 # - Least squares in z measures errors along z: for terrain only.
 # - RANSAC decides who belongs, least squares where the plane is. Tries: log(1 − p) / log(1 − w³).
-# - A threshold of three times the noise. More inliers with a larger one prove nothing: look at the residuals.
+# - A threshold of at most three times the noise, and a third of the gap to a parallel surface. More inliers prove nothing: look at the residuals.
 # - Colour says what, geometry says where. Report precision and recall, tuned on other data.
 #
 # Words to know: [scatter matrix](../docs/glossary.md#scatter-matrix), [eigenvector](../docs/glossary.md#eigenvector),

@@ -98,6 +98,24 @@ def test_unknown_mistake_is_said_to_be_unknown() -> None:
     assert "None of the usual mistakes fits this answer." in check("90-1", off(0.5)).text
 
 
+@pytest.mark.parametrize(
+    ("task", "answer"),
+    [
+        ("90-1", [[1, 2], [3]]),
+        ("90-1", TRUTH.T),
+        ("90-1", TRUTH * np.nan),
+        ("90-2", {"A": "flip"}),
+        ("90-2", {"A": "flap", "B": "range"}),
+        ("90-4", "word " * 100),
+    ],
+)
+def test_a_mistake_that_was_just_named_is_not_called_unknown(task: str, answer: object) -> None:
+    function = {"90-1": lambda n: answer, "90-2": lambda: answer, "90-4": lambda: answer}[task]
+    for _ in range(3):
+        card = check(task, function)
+        assert card.state == "not yet" and "None of the usual" not in card.text
+
+
 @pytest.mark.parametrize(("by", "step"), [(2e-3, 1), (9e-3, 2), (1e-1, 3)])
 def test_error_is_shown_in_bands(by: float, step: int) -> None:
     card = check("90-1", off(by))

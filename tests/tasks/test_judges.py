@@ -208,6 +208,10 @@ def test_choice() -> None:
     half = judge_choice({"A": "flip", "B": "scale"}, truth, choices)
     assert not half.passed and half.score == 0.5 and half.ratio >= 5 - 1e-9
     assert half.message == "Right: 1 of 2."
+    twice = judge_choice({"A": "flip", "B": "flip"}, truth, choices)
+    assert twice.message == "Right: 1 of 2. Used more than once: 'flip'; never: 'range'." and twice.score == 0.5
+    assert judge_choice(["flip", "flip"], ["flip", "flip"], choices).passed
+    assert judge_choice(["flip", "flip", "range"], ["flip", "range", "range"], choices).message == "Right: 2 of 3."
     assert "did you mean 'flip'?" in judge_choice({"A": "flp", "B": "range"}, truth, choices).message
     assert "a dict with the keys 'A', 'B'" in judge_choice({"A": "flip"}, truth, choices).message
     assert judge_choice("flip", "flip", choices).passed
