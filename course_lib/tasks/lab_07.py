@@ -33,17 +33,10 @@ from course_lib.tasks.mistakes_07 import (
     WHICH_MISTAKES,
 )
 from course_lib.tasks.plain import Plain, describe
-from course_lib.transforms import apply, compose, exp, invert, rotation_z
+from course_lib.tasks.scans_07 import bumps, motion, two_scans
+from course_lib.transforms import apply, compose, invert, rotation_z
 
 _DEGREES, _METRES = 0.01, 1e-4
-
-
-def _motion(rng: np.random.Generator, degrees: float, metres: float) -> np.ndarray:
-    """A turn by so many degrees about any axis, and a shift by so many metres in any direction."""
-    axis, shift = rng.normal(size=(2, 3))
-    T = exp(np.r_[np.zeros(3), axis / np.linalg.norm(axis) * np.radians(degrees)])
-    T[:3, 3] = shift / np.linalg.norm(shift) * metres
-    return T
 
 
 def _judge_T(case: Case, answer: Plain) -> Verdict:
@@ -63,8 +56,8 @@ def _total_cases(rng: np.random.Generator) -> list[Case]:
     cases = []
     for steps, name in (
         ([ahead, quarter], "1 m along x, then a quarter turn: the origin ends at (0, 1, 0)"),
-        ([_motion(rng, rng.uniform(5, 40), rng.uniform(0.2, 1)) for _ in range(5)], "five steps"),
-        ([_motion(rng, 30, 0.5)], "a single step"),
+        ([motion(rng, rng.uniform(5, 40), rng.uniform(0.2, 1)) for _ in range(5)], "five steps"),
+        ([motion(rng, 30, 0.5)], "a single step"),
     ):
         total = np.eye(4)
         for step in reversed(steps):
@@ -77,7 +70,7 @@ def _total_cases(rng: np.random.Generator) -> list[Case]:
 
 
 def _fit_case(rng: np.random.Generator, points: np.ndarray, degrees: float, metres: float, name: str) -> Case:
-    T = _motion(rng, degrees, metres)
+    T = motion(rng, degrees, metres)
     return Case({"source": points, "target": apply(T, points)}, {"truth": T}, name)
 
 
@@ -90,7 +83,7 @@ def _fit_cases(rng: np.random.Generator) -> list[Case]:
     ]
     plane = np.c_[rng.uniform(-1, 1, (30, 2)), np.zeros(30)] + [0.3, 0.2, 1.0]
     while True:  # of planar clouds, half need the guard: draw until this one does
-        case = _fit_case(rng, apply(_motion(rng, 60, 0.0), plane), rng.uniform(8, 25), 0.4, "points of one plane")
+        case = _fit_case(rng, apply(motion(rng, 60, 0.0), plane), rng.uniform(8, 25), 0.4, "points of one plane")
         p, q = case.given["source"], case.given["target"]
         U, _, Vt = np.linalg.svd((p - p.mean(axis=0)).T @ (q - q.mean(axis=0)))
         if np.linalg.det(Vt.T @ U.T) < 0:
@@ -118,21 +111,11 @@ def _horn(p: np.ndarray, q: np.ndarray) -> np.ndarray:
     return T
 
 
-def _bumps(rng: np.random.Generator, n: int, low: float = 0.0, high: float = 2.0) -> tuple[np.ndarray, np.ndarray]:
-    """Points of a bumpy surface, metres, and their unit normals."""
-    x, y = rng.uniform(low, high, n), rng.uniform(0, 2, n)
-    z = 0.25 * np.sin(2.5 * x) * np.cos(2.1 * y) + 0.1 * np.sin(4.3 * x + 2.3 * y)
-    dx = 0.625 * np.cos(2.5 * x) * np.cos(2.1 * y) + 0.43 * np.cos(4.3 * x + 2.3 * y)
-    dy = -0.525 * np.sin(2.5 * x) * np.sin(2.1 * y) + 0.23 * np.cos(4.3 * x + 2.3 * y)
-    normals = np.c_[-dx, -dy, np.ones(n)]
-    return np.c_[x, y, z], normals / np.linalg.norm(normals, axis=1, keepdims=True)
-
-
 def _step_case(rng: np.random.Generator, radius: float, degrees: float, strays: int, name: str) -> Case:
-    target = _bumps(rng, 200)[0]
-    source = np.vstack([_bumps(rng, 120)[0], rng.uniform((0, 0, 1), (2, 2, 3), (strays, 3))])
-    T = _motion(rng, degrees, 0.25)
-    return _stepped(apply(invert(compose(_motion(rng, 4, 0.05), T)), source), target, T, radius, name)
+    target = bumps(rng, 200)[0]
+    source = np.vstack([bumps(rng, 120)[0], rng.uniform((0, 0, 1), (2, 2, 3), (strays, 3))])
+    T = motion(rng, degrees, 0.25)
+    return _stepped(apply(invert(compose(motion(rng, 4, 0.05), T)), source), target, T, radius, name)
 
 
 def _stepped(source: np.ndarray, target: np.ndarray, T: np.ndarray, radius: float, name: str) -> Case:
@@ -147,7 +130,7 @@ def _stepped(source: np.ndarray, target: np.ndarray, T: np.ndarray, radius: floa
 
 @lru_cache(maxsize=4)
 def _scans(load: Callable[[str], Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Two raw scans of the bunny, points (N, 3) and (M, 3) in metres, and the reference that maps the first onto the second."""
+    """Two raw scans of the bunny, (N, 3) and (M, 3) in metres, and the reference that maps the first onto the second."""
     bunny = load("stanford_bunny")
     poses = bunny.reference["scan_poses"]
     source, target = (bunny.clouds[name].points.astype(np.float64) for name in ("bun045", "bun000"))
@@ -159,7 +142,7 @@ def _real_step_case(rng: np.random.Generator, load: Callable[[str], Any]) -> Cas
     source, target = (rng.choice(points, count, replace=False) for points, count in ((source, 150), (target, 300)))
     there = np.eye(4)
     there[:3, 3] = apply(reference, source).mean(axis=0)
-    off = compose(there, _motion(rng, 4, 0.003), invert(there))
+    off = compose(there, motion(rng, 4, 0.003), invert(there))
     return _stepped(source, target, compose(off, reference), 0.006, "two raw scans of the bunny")
 
 
@@ -191,19 +174,10 @@ _BANDS = ((0.007, 1.0), (0.011, 0.75), (0.018, 0.5), (0.04, 0.25))  # metres, me
 
 
 def _open_case(rng: np.random.Generator) -> Case:
-    """Two scans that share two thirds, with noise, strays, and a start some degrees and centimetres away."""
-    target, normals = _bumps(rng, 900, 0.0, 1.5)
-    clean = _bumps(rng, 900, 0.5, 2.0)[0]
-    target = target + rng.normal(0, 0.005, target.shape)
-    noisy = clean + rng.normal(0, 0.005, clean.shape)
-    strays = rng.uniform((0.5, 0, -0.8), (2.0, 2, 0.8), (90, 3))
-    middle = np.eye(4)
-    middle[:3, 3] = clean.mean(axis=0)
-    off = compose(middle, _motion(rng, rng.uniform(5, 8), rng.uniform(0.08, 0.14)), invert(middle))
-    source = rng.permutation(apply(invert(off), np.vstack([noisy, strays])))
+    scans = two_scans(rng)
     return Case(
-        {"source": source, "target": target, "normals": normals},
-        {"truth": off, "surface": apply(invert(off), clean)},
+        {"source": scans.source, "target": scans.target, "normals": scans.normals},
+        {"truth": scans.T_target_source, "surface": scans.surface},
         "two scans that share two thirds",
     )
 
@@ -212,19 +186,29 @@ def _judge_open(case: Case, answer: Plain) -> Verdict:
     form = judge_transform(answer, case.truth, degrees=0.2, metres=0.01)
     if not np.isfinite(form.error):
         return replace(form, tolerance=_BANDS[0][0], unit="m")
-    surface = case.hidden["surface"]
-    T = np.asarray(answer, dtype=float)
-    off = surface @ T[:3, :3].T + T[:3, 3] - apply(case.truth, surface)
-    error = float(np.linalg.norm(off, axis=1).mean())
+    surface, T = case.hidden["surface"], np.asarray(answer, dtype=float)
+
+    def off(motion: np.ndarray) -> float:
+        return float(np.linalg.norm(apply(motion, surface) - apply(case.truth, surface), axis=1).mean())
+
+    error = off(T)
     verdict = judge_band(error, _BANDS, "m", what="the mean error over the surface")
-    return replace(
-        verdict, message=verdict.message.replace("reaches no band", f"is {1000 * error:.0f} mm, in no band")
-    )
+    said = verdict.message.replace("reaches no band", f"is {1000 * error:.0f} mm, in no band")
+    if np.abs(T - np.eye(4)).max() < 1e-3:
+        said += " That is the start itself: nothing was moved."
+    elif verdict.score == 0 and off(np.linalg.inv(T)) < _BANDS[-1][0]:
+        said += " Its inverse lies far nearer: return the motion that moves the source."
+    elif verdict.score == 0:
+        said += (
+            " Three questions: does the radius begin as large as the scans are apart, and shrink? Are the distances"
+            " those to planes? Does each new step stand on the left?"
+        )
+    return replace(verdict, message=said)
 
 
 def _guess_open(rng: np.random.Generator):
     """A function that turns and shifts at random, about as far as the scans are apart."""
-    said = _motion(rng, float(rng.uniform(0, 8)), float(rng.uniform(0, 0.14)))
+    said = motion(rng, float(rng.uniform(0, 20)), float(rng.uniform(0, 0.65)))
     return lambda source, target, normals: said
 
 
@@ -247,7 +231,7 @@ TASKS = (
         where="lesson 07, section 2 (closest points, again and again)",
     ),
     Task(
-        id="07-2", title="best rigid motion", points=3, version=1, kind="write",
+        id="07-2", title="best rigid motion", points=3, version=2, kind="write",
         signature="def best_rigid(source, target)",
         cases=_fit_cases,
         judge=_judge_T,
@@ -263,7 +247,7 @@ TASKS = (
         misconceptions=MEND_MISTAKES,
         hides=_HIDDEN,
         data=("stanford_bunny",),
-        where="lesson 07, section 2 (closest points, again and again)",
+        where="lesson 07, sections 2 (closest points, again and again) and 4 (what the fitness is a share of)",
     ),
     Task(
         id="07-4", title="which mistake made this", points=2, version=1, kind="which",
@@ -274,7 +258,7 @@ TASKS = (
         where="lesson 07, section 1 (if you knew the pairs)",
     ),
     Task(
-        id="07-5", title="register two scans", points=4, version=1, kind="open",
+        id="07-5", title="register two scans", points=4, version=2, kind="open",
         signature="def register(source, target, normals)",
         cases=lambda rng: [_open_case(rng)],
         judge=_judge_open,

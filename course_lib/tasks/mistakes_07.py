@@ -64,6 +64,28 @@ def _wrong_fit(
 
 FIT_MISTAKES = (
     Misconception(
+        "Vt taken for V",
+        "NumPy's third matrix taken for V: it is Vᵀ already, so V is its transpose",
+        _wrong_fit("Vt @ np.diag([1, 1, np.sign(np.linalg.det(Vt @ U.T))]) @ U.T"),
+        variants=(_wrong_fit("Vt @ U.T"), _wrong_fit("Vt @ U")),
+    ),
+    Misconception(
+        "transposed, and no guard",
+        "two things at once: U Vᵀ where V Uᵀ belongs, and no guard against a reflection",
+        _wrong_fit("U @ V.T"),
+    ),
+    Misconception(
+        "guard that negates",
+        "all of R negated where its determinant is −1, which turns as well: flip the last column of V only",
+        _wrong_fit("V @ U.T * np.sign(np.linalg.det(V @ U.T))"),
+    ),
+    Misconception(
+        "guard in the wrong place",
+        "a guard that does not stand between V and Uᵀ: it flips the weakest direction, the last column of V",
+        _wrong_fit("np.diag([1, 1, np.sign(np.linalg.det(V @ U.T))]) @ V @ U.T"),
+        variants=(_wrong_fit("V @ U.T @ np.diag([1, 1, np.sign(np.linalg.det(V @ U.T))])"),),
+    ),
+    Misconception(
         "rotation transposed",
         "U Vᵀ where V Uᵀ belongs, which turns the other way and still has the determinant +1",
         _wrong_fit("U @ np.diag([1, 1, np.sign(np.linalg.det(U @ V.T))]) @ V.T"),
@@ -107,7 +129,7 @@ _GIVEN_MISTAKES = {
 }
 
 
-def _wrong_step(left: tuple[str, ...], reject: str = "distance <= radius") -> str:
+def _wrong_step(left: tuple[str, ...], reject: str = "distance <= radius", share: str = "") -> str:
     """The given code with some of its three mistakes still in it."""
     pairs, order, fitness = (w if key in left else r for key, (w, r, _) in _GIVEN_MISTAKES.items())
     return (
@@ -122,7 +144,7 @@ def _wrong_step(left: tuple[str, ...], reject: str = "distance <= radius") -> st
         "    step = np.eye(4)\n"
         "    step[:3, :3] = Vt.T @ guard @ U.T\n"
         "    step[:3, 3] = q.mean(axis=0) - step[:3, :3] @ p.mean(axis=0)\n"
-        f'    return {{"T": {order}, "fitness": float({fitness})}}\n'
+        f'    return {{"T": {order}, "fitness": float({share or fitness})}}\n'
     )
 
 
@@ -135,6 +157,11 @@ MEND_MISTAKES = tuple(
     for count in (1, 2, 3)
     for left in combinations(_GIVEN_MISTAKES, count)
 ) + (
+    Misconception(
+        "share of the target",
+        "a fitness that divides by the target's points: it is a share of the source's",
+        _wrong_step((), share="keep.sum() / len(target)"),
+    ),
     Misconception(
         "radius ignored",
         "every pair kept, however far apart: keep those whose distance is at most the radius",

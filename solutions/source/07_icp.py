@@ -28,7 +28,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 from scipy.spatial import cKDTree
 
+from course_lib.tasks.scans_07 import two_scans
+
 animal = data.load("bunny_like").cloud.points.astype(float)[::12]
+example = two_scans(np.random.default_rng(70))
 
 
 def turn(axis, degrees):
@@ -148,7 +151,7 @@ for _ in range(25):
     moved = P @ (Vt.T @ U.T).T + animal[index].mean(0)
 fig, axis = plt.subplots(figsize=(6, 2.8), layout="constrained")
 axis.plot(history, "o-", color=show.COLOURS["target"])
-axis.set(xlabel="step", ylabel="RMSE of the pairs (mm)", title="Expected: each step brings the pairs closer")
+axis.set(xlabel="step", ylabel="RMSE of the pairs (mm)", title="Expected, where the source is a copy of the target")
 picture(fig, alt=f"A curve that falls from {history[0]:.1f} mm at the first step to {history[-1]:.1f} mm at the last.")
 
 
@@ -156,7 +159,7 @@ picture(fig, alt=f"A curve that falls from {history[0]:.1f} mm at the first step
 def icp_step(source, target, T, radius):
     """One step of point-to-point ICP: the new T and the fitness before it."""
     # BEGIN SOLUTION
-    # three lines hold a mistake: where partners are looked for, the order of two motions, a share of what
+    # three mistakes: call it twice in a row, and look at T and at the fitness
     moved = source @ T[:3, :3].T + T[:3, 3]
     distances = np.linalg.norm(moved[:, None] - target[None], axis=2)
     near, distance = distances.argmin(axis=1), distances.min(axis=1)
@@ -188,21 +191,23 @@ check("07-3", icp_step)
 
 # %% [markdown]
 # And on two raw scans of the Stanford bunny, thinned. They begin as the scanner stored them, one turned by 45 degrees; we undo most of
-# that, as a person would by hand, and your step does the rest.
+# that, as a person would by hand, and your step does the rest. (Here the old pose is nearly no turn, so a step on the wrong side does no harm:
+# the check does find it.)
 
 # %% tags=["real-data"]
 # real data: stanford_bunny
 bunny = data.load("stanford_bunny")
 poses = bunny.reference["scan_poses"]
 T_reference = np.linalg.inv(poses["bun000"]) @ poses["bun045"]
-scan_0, scan_45 = (bunny.clouds[name].points.astype(float)[::30] for name in ("bun000", "bun045"))
+scan_0, scan_45 = (bunny.clouds[name].points.astype(float)[::50] for name in ("bun000", "bun045"))
 try:
     T = T_reference.copy()
     T[:3, 3] += [0.002, 0.001, 0]
+    middle = np.append(scan_45.mean(axis=0), 1)
+    report("scan 45 from the reference, at its middle, before", 1000 * np.linalg.norm((T - T_reference) @ middle), "mm", 2)
     for _ in range(30):
         T = icp_step(scan_45, scan_0, T, 0.004)["T"]
-    middle = np.append(scan_45.mean(axis=0), 1)
-    report("your scan 45 from the reference, at its middle", 1000 * np.linalg.norm((T - T_reference) @ middle), "mm", 2)
+    report("and after 30 of your steps", 1000 * np.linalg.norm((T - T_reference) @ middle), "mm", 2)
 except NotImplementedError as todo:
     print(todo)
 
@@ -277,8 +282,9 @@ check("07-4", causes)
 # %% [markdown]
 # ## Task 5 — register two scans (4 points, open-ended)
 #
-# Two scans of one bumpy surface share about two thirds. Both have noise, the source has strays, and they lie some degrees and about
-# ten centimetres apart. No pairs are given. Where does the source belong?
+# Two scans of one bumpy surface, 1.5 m by 2 m each, share about two thirds. Each has 900 points, 3 to 4 cm apart, with 5 mm of noise; the source
+# has 90 strays in the air as well. They lie 15 to 20 degrees and about 60 cm apart. No pairs are given. Where does the source belong?
+# The picture shows one such pair, `example`; `example.T_target_source` is its truth, to try your radii on.
 #
 # - `source`: (N, 3) float, metres
 # - `target`: (M, 3) float, metres
@@ -288,10 +294,18 @@ check("07-4", causes)
 # You are scored by how far the points of the source's surface end from their true places, in the mean, as the median over five
 # pairs of scans: under 40 mm earns 1 point, under 18 mm 2, under 11 mm 3, under 7 mm all 4.
 #
-# <details><summary>Hint 1: idea</summary>At first true partners are far away, later only wrong ones are. What should the radius do?</details>
+# <details><summary>Hint 1: idea</summary>At first true partners are far away, later only wrong ones are: strays, and the third that only one scan saw. What
+# should the radius do?</details>
 # <details><summary>Hint 2: formula</summary>To planes: rows (p × n, n), right-hand side n · (q − p), solved for a small turn and a shift.</details>
-# <details><summary>Hint 3: call</summary><code>cKDTree(target).query(moved)</code>, <code>np.cross</code>, <code>np.linalg.lstsq</code>, and your
-# <code>turn</code> from the first cell.</details>
+# <details><summary>Hint 3: call</summary><code>cKDTree(target).query(moved)</code>, <code>np.cross</code>, <code>np.linalg.lstsq</code>, and
+# <code>turn(w, np.degrees(np.linalg.norm(w)))</code> for the rotation vector w in radians (the identity, if w is zero).</details>
+
+# %% tags=["expected", "hide-input"]
+show.panels({"as given": [(example.source, "source"), (example.target, "target")],
+             "expected": [(example.source @ example.T_target_source[:3, :3].T + example.T_target_source[:3, 3], "source"),
+                          (example.target, "target")]},
+            view="iso", alt="Two bumpy sheets from above, with strays. As given they stand apart and tilted; expected, they are one "
+                            "longer sheet, of which the middle part is covered twice.")
 
 
 # %% tags=["task"]
@@ -299,7 +313,7 @@ def register(source, target, normals):
     """(4, 4) T_target_source of two scans that overlap in part."""
     # BEGIN SOLUTION
     T, tree = np.eye(4), cKDTree(target)
-    for radius in (0.3, 0.2, 0.1, 0.05, 0.03):
+    for radius in (1.0, 0.3, 0.1, 0.05):
         for _ in range(15):
             moved = source @ T[:3, :3].T + T[:3, 3]
             distance, index = tree.query(moved)
