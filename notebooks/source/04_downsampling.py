@@ -137,7 +137,7 @@ angle = np.radians(np.linspace(0, 130, 27))
 ring = 20 * np.column_stack([np.cos(angle), np.sin(angle)])  # a round body in section, in mm
 low, edge = np.array([-4, 4]), 24
 held = ring[((ring > low) & (ring < low + edge)).all(axis=1)]
-mean, far = held.mean(axis=0), held[-3]
+mean, far = held.mean(axis=0), held[1]
 real = held[np.argmin(np.linalg.norm(held - low - edge / 2, axis=1))]
 on = 20 * mean / np.linalg.norm(mean)
 fig, axis = plt.subplots(figsize=(6.8, 3.8), layout="constrained")
@@ -150,10 +150,10 @@ axis.plot(*(low + edge / 2), "+", ms=11, mew=2, color="0.3", label="centre of th
 axis.plot(*real, "s", ms=7, color=show.COLOURS["target"], label="measured point nearest to it")
 axis.plot(*np.transpose([mean, on]), color=show.COLOURS["ours"], lw=2.5)
 axis.plot(*np.transpose([mean, far]), "--", color=show.COLOURS["outlier"], lw=1.8)
-axis.annotate("false", on, (30, 16), "data", ha="left", arrowprops={"arrowstyle": "-", "color": "0.5"})
-axis.annotate("lost, for this point", far, (30, 24), "data", ha="left", arrowprops={"arrowstyle": "-", "color": "0.5"})
+axis.annotate("false", on, (26, 16), "data", ha="left", arrowprops={"arrowstyle": "-", "color": "0.5"})
+axis.annotate("lost, for this point", far, (26, 7), "data", ha="left", arrowprops={"arrowstyle": "-", "color": "0.5"})
 axis.set(aspect="equal", xlim=(-14, 56), ylim=(0, 31), xlabel="x (mm)", ylabel="y (mm)")
-axis.legend(loc="lower right", fontsize=8)
+axis.legend(loc="upper right", fontsize=8)
 picture(fig, alt=f"A round body of 20 mm radius in section, and one cube of {edge} mm. The centroid of the {len(held)} points in the cube lies "
                  f"{np.linalg.norm(on - mean):.1f} mm inside the body, which is false; the point that lies nearest to the cube's "
                  f"centre lies on the surface. A point at the rim of the cube is {np.linalg.norm(far - mean):.0f} mm from the "
@@ -293,11 +293,11 @@ true = animal.cloud.normals.astype(float)
 report("median error of the normals, exact points", np.median(degrees_off(fast, true)), "degrees", digits=2)
 
 # %% tags=["hide-input"]
-around = cKDTree(points).query(points[np.argmax(points[:, 2])], k=200)[1]  # the tip of an ear, more than 30 to see its form
+around = cKDTree(points).query(points[np.argmin(points[:, 1])], k=200)[1]  # on the flank, more than 30 to see its form
 d = 1000 * (points[around] - points[around].mean(axis=0))
 along = np.linalg.eigh(d.T @ d / len(d))[1]
 spreads = [float(np.sqrt(np.mean((d @ along[:, i]) ** 2))) for i in range(3)]
-fig, axes = plt.subplots(1, 2, figsize=(8, 3.2), sharex=True, sharey=True, layout="constrained")
+fig, axes = plt.subplots(1, 2, figsize=(8, 4), sharex=True, sharey=True, layout="constrained")
 for axis, (i, j), title in zip(axes, ((2, 1), (2, 0)), ("looking along the normal", "looking along the surface"), strict=True):
     axis.plot(d @ along[:, i], d @ along[:, j], ".", color=show.COLOURS["reference"])
     for which, (x, y) in ((i, (1, 0)), (j, (0, 1))):
@@ -308,8 +308,8 @@ for axis, (i, j), title in zip(axes, ((2, 1), (2, 0)), ("looking along the norma
     axis.set(aspect="equal", title=title, xlabel="along column 2 (mm)")
     axis.set_ylabel(f"along {'column 1' if j else 'the normal'} (mm)")
     axis.legend(fontsize=8, loc="upper right")
-axes[0].set_ylim(-8, 11)
-picture(fig, alt=f"{len(d)} points at the tip of an ear from two sides, with arrows along their three directions. Looked at along the normal they "
+axes[0].set(xlim=(-11, 11), ylim=(-9, 13))
+picture(fig, alt=f"{len(d)} points on the flank from two sides, with arrows along their three directions. Looked at along the normal they "
                  f"fill a patch, with spreads of {spreads[2]:.1f} and {spreads[1]:.1f} mm; looked at along the surface they lie "
                  f"in a thin bow: across it they spread by {spreads[0]:.1f} mm.")
 
@@ -385,14 +385,14 @@ report("turned the wrong way with (0, 0, 0) in world coordinates", 100 * ((lazy 
        digits=2)
 
 # %% tags=["hide-input"]
-on_table = (np.abs(scan[:, 0]) < 0.6) & (np.abs(scan[:, 1]) < 0.4)
+on_table = (world[:, 1] > -0.3) & (world[:, 2] > 0.6)
 fig, axes = plt.subplots(1, 2, figsize=(9, 3.4), sharex=True, sharey=True, layout="constrained")
 for axis, (name, found) in zip(axes, {"as computed": raw, "turned": turned}.items(), strict=True):
     towards_us = (found * scan).sum(axis=1) <= 0
     for which, what, label in ((towards_us, "target", "faces the camera"), (~towards_us, "outlier", "faces away")):
         x, y, z = scan[which & on_table].T
         axis.plot(x / z, y / z, ".", ms=1.5, color=show.COLOURS[what], label=label)
-    axis.set(aspect="equal", title=f"{name}: {100 * towards_us.mean():.2g} % face the camera", xticks=[], yticks=[])
+    axis.set(aspect="equal", title=f"{name}: {100 * towards_us.mean():.3g} % face the camera", xticks=[], yticks=[])
 axes[0].invert_yaxis()
 axes[0].legend(fontsize=9, loc="lower left", markerscale=6)
 picture(fig, alt="A table with things on it as the camera sees it, each point in one of two colours. As computed, "
@@ -451,7 +451,7 @@ report("between table and globe", changed(fpfh[at["on the table"]], fpfh[at["on 
 
 # %% tags=["hide-input"]
 fig, axes = plt.subplot_mosaic([["where", name] for name in at], figsize=(9, 4.8), width_ratios=[2, 3], layout="constrained")
-from_above = here[here[:, 2] > 0.5]
+from_above = here[(here[:, 2] > 0.5) & (here[:, 1] > -0.3)]
 axes["where"].plot(from_above[:, 0], from_above[:, 1], ".", ms=1.5, color="0.75")
 axes["where"].set(aspect="equal", xlabel="x (m)", ylabel="y (m)", title="the table from above")
 for (name, i), what, mark in zip(at.items(), ("target", "ours", "outlier"), "os^", strict=True):
@@ -461,7 +461,7 @@ for (name, i), what, mark in zip(at.items(), ("target", "ours", "outlier"), "os^
     for edge in (10.5, 21.5):
         axis.axvline(edge, color="0.6", lw=1)
     axis.set_title(name, fontsize=10)
-    axis.set(ylabel="%", ylim=(0, 100), xticks=[0, 5, 10, 11, 16, 21, 22, 27, 32], xticklabels=[])
+    axis.set(ylabel="%", ylim=(0, 100), xticks=[1, 5, 9, 12, 16, 20, 23, 27, 31], xticklabels=[])
 axis.set_xticklabels(["\N{MINUS SIGN}", "0\nbend", "+", "\N{MINUS SIGN}", "0\ntwist", "+", "\N{MINUS SIGN}", "0\nrise", "+"])
 full = {name: [int((fpfh[i][11 * n:11 * n + 11] > 10).sum()) for n in range(3)] for name, i in at.items()}
 picture(fig, alt="A table from above with three marked points, and their histograms of bend, twist and rise, eleven bins each. " + " ".join(

@@ -92,7 +92,7 @@ rng = np.random.default_rng(2)
 flat = rng.uniform(-1, 1, (150, 2))
 cubes, which, count = np.unique(np.floor(flat / 0.5), axis=0, return_inverse=True, return_counts=True)
 means = np.array([flat[which.ravel() == k].mean(axis=0) for k in np.flatnonzero(count >= 8)])
-fig, axis = plt.subplots(figsize=(4.2, 4.2), layout="constrained")
+fig, axis = plt.subplots(figsize=(5.4, 4.2), layout="constrained")
 for line in np.arange(-2, 3) / 2:
     axis.axhline(line, color="0.75", lw=1)
     axis.axvline(line, color="0.75", lw=1)
@@ -101,7 +101,7 @@ axis.plot(*means.T, "o", color=show.COLOURS["target"], label="kept")
 for (x, y), many in zip(cubes / 2, count, strict=True):
     axis.text(x + 0.03, y + 0.03, str(many), fontsize=9, color="0.3")
 axis.set(aspect="equal", xlabel="x (m)", ylabel="y (m)", title="Expected from above, least = 8")
-axis.legend(loc="upper right", fontsize=9)
+axis.legend(loc="upper left", bbox_to_anchor=(1.02, 1), fontsize=9)
 picture(fig, alt=f"{len(flat)} points in a square of {len(cubes)} cubes seen from above, each cube with the number of its points, from "
                  f"{count.min()} to {count.max()}. The {len(means)} cubes with at least 8 keep one point each, not in the middle of "
                  "the cube but at the mean of the points in it.")
