@@ -115,7 +115,7 @@ GRID_MISTAKES = (
     ),
     Misconception(
         "+= with repeated indices",
-        "total[which] += points, which adds only one of the points that share a cube: use np.add.at(total, which, points)",
+        "total[which] += points, which adds only one of the points of a cube: use np.add.at(total, which, points)",
         _wrong_grid(result="last[full] / count[full][:, None]"),
     ),
     Misconception(
@@ -130,7 +130,7 @@ GRID_MISTAKES = (
     ),
     Misconception(
         "nearly empty cubes kept",
-        "every cube that holds a point, so that a stray point counts as much as a full cube: keep those with count >= least",
+        "every cube that holds a point, so that a stray one counts as much as a full cube: keep count >= least",
         _wrong_grid(full="count >= 1"),
     ),
 )
@@ -185,7 +185,7 @@ NORMAL_MISTAKES = tuple(
     ),
     Misconception(
         "away from the viewpoint",
-        "the normal on the far side, turned the wrong way or not turned at all: it must point to where the sensor stood",
+        "the normal on the far side, turned the wrong way or not at all: it must point to where the sensor stood",
         _wrong_normal(sign="> 0"),
     ),
 )

@@ -205,12 +205,12 @@ picture(fig, alt=f"Against the voxel, from 1 to 50 mm: points kept fall from {in
 # %% [markdown]
 # What is lost is about a third of the voxel. What is false grows with its *square* as long as a cube is small against the body, here up to
 # about 20 mm: an arc of radius R rises above a chord of length s by about s²/8R, and a cube cuts chords of about its own
-# size. In a larger cube lie both sides of an ear or a leg, and no such formula holds. The points measured here lie exactly on the
+# size. In larger cubes lie whole pieces of the body, and no such formula holds. The points measured here lie exactly on the
 # surface, so those nearest to the centre are not false at all. Below the spacing of the points (about a millimetre) nothing is gained.
 #
 # So the **rule for the voxel** has two parts. Stay *below the thinnest thing to keep*, or its two sides become one. And start from an error
-# that you can bear: what is lost is about a third of the voxel, so three times that error is the most. A choice from start to end: 2 mm of
-# the animal may be lost, and its ears must stay. How thick is the body behind each point? We measure it by a ray.
+# that you can bear: what is lost is about a third of the voxel, so three times that error is the most. A choice from start to end: about
+# 2 mm of the animal may be lost, and its ears must stay. How thick is the body behind each point? We measure it by a ray.
 
 # %%
 rays = np.hstack([points, -animal.cloud.normals])  # from each point straight into the body
@@ -221,7 +221,7 @@ rays[:, :3] += 1e-5 * rays[:, 3:]  # begin below the surface, or the ray meets i
 thickness = 1000 * scene.cast_rays(o3d.core.Tensor(rays.astype(np.float32)))["t_hit"].numpy()
 thinnest, bearable = np.percentile(thickness, 1), 2.0
 choice = np.floor(min(3 * bearable, thinnest)) / 1000
-report("thickness of the thinnest hundredth", thinnest, "mm", digits=1)
+report("a hundredth of the body is thinner than", thinnest, "mm", digits=1)
 report("three times what may be lost", 3 * bearable, "mm", digits=1)
 report("so the voxel", 1000 * choice, "mm", digits=1)
 kept = voxel_grid(points, choice)[0]
@@ -301,7 +301,7 @@ fig, axes = plt.subplots(1, 2, figsize=(8, 4), sharex=True, sharey=True, layout=
 for axis, (i, j), title in zip(axes, ((2, 1), (2, 0)), ("looking along the normal", "looking along the surface"), strict=True):
     axis.plot(d @ along[:, i], d @ along[:, j], ".", color=show.COLOURS["reference"])
     for which, (x, y) in ((i, (1, 0)), (j, (0, 1))):
-        name, what = ("normal", "outlier") if which == 0 else (f"column {which}", "target")
+        name, what = ("column 0, the normal", "outlier") if which == 0 else (f"column {which}", "target")
         axis.annotate("", (spreads[which] * x, spreads[which] * y), (0, 0),
                       arrowprops={"arrowstyle": "->", "color": show.COLOURS[what], "lw": 2.5})
         axis.plot([], [], color=show.COLOURS[what], label=f"{name}: spread {spreads[which]:.1f} mm")
@@ -309,9 +309,10 @@ for axis, (i, j), title in zip(axes, ((2, 1), (2, 0)), ("looking along the norma
     axis.set_ylabel(f"along {'column 1' if j else 'the normal'} (mm)")
     axis.legend(fontsize=8, loc="upper right")
 axes[0].set(xlim=(-11, 11), ylim=(-9, 13))
+fig.suptitle(f"{len(d)} neighbours of a point on the flank")
 picture(fig, alt=f"{len(d)} points on the flank from two sides, with arrows along their three directions. Looked at along the normal they "
                  f"fill a patch, with spreads of {spreads[2]:.1f} and {spreads[1]:.1f} mm; looked at along the surface they lie "
-                 f"in a thin bow: across it they spread by {spreads[0]:.1f} mm.")
+                 f"in a shallow bow: across it they spread by {spreads[0]:.1f} mm.")
 
 # %% [markdown]
 # Three slips leave code that runs and returns unit vectors. We put the animal a metre before a camera and try them. (A direction drawn at
@@ -386,15 +387,16 @@ report("turned the wrong way with (0, 0, 0) in world coordinates", 100 * ((lazy 
 
 # %% tags=["hide-input"]
 on_table = (world[:, 1] > -0.3) & (world[:, 2] > 0.6)
-fig, axes = plt.subplots(1, 2, figsize=(9, 3.4), sharex=True, sharey=True, layout="constrained")
+fig, axes = plt.subplots(1, 2, figsize=(9, 3.0), sharex=True, sharey=True, layout="constrained")
 for axis, (name, found) in zip(axes, {"as computed": raw, "turned": turned}.items(), strict=True):
     towards_us = (found * scan).sum(axis=1) <= 0
     for which, what, label in ((towards_us, "target", "faces the camera"), (~towards_us, "outlier", "faces away")):
         x, y, z = scan[which & on_table].T
         axis.plot(x / z, y / z, ".", ms=1.5, color=show.COLOURS[what], label=label)
-    axis.set(aspect="equal", title=f"{name}: {100 * towards_us.mean():.3g} % face the camera", xticks=[], yticks=[])
+    axis.set(aspect="equal", title=f"{name}: {100 * towards_us.mean():.3g} % face the camera")
+    axis.set_axis_off()
 axes[0].invert_yaxis()
-axes[0].legend(fontsize=9, loc="lower left", markerscale=6)
+fig.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=9, markerscale=6)
 picture(fig, alt="A table with things on it as the camera sees it, each point in one of two colours. As computed, "
                  f"{100 * facing.mean():.2g} % of the normals face the camera, in patches that end in the middle of things; after "
                  f"turning, {100 * seen.mean():.3g} %.")
@@ -412,11 +414,12 @@ picture(fig, alt="A table with things on it as the camera sees it, each point in
 # describes a point by *angles*. Draw the line from it to a neighbour, and ask:
 #
 # - *bend*: by which angle does the neighbour's normal lean forwards (+) or back (−) along the line, −180° to 180°?
-# - *twist*: how far does it lean sideways, out of the plane of the first normal and the line (its cosine, −1 to 1)?
-# - *rise*: how far does the line rise above (+) or fall below (−) the point's own surface (its cosine with the normal)?
+# - *twist*: how far does it lean to one side of the line or the other (as a cosine, −1 to 1)?
+# - *rise*: how far does the line rise above (+) or fall below (−) the surface at the point (the cosine between line and normal)?
 #
-# Each is counted in eleven bins over all neighbours, and the neighbours' own histograms are added, near ones more: 33 numbers. Open3D's
-# bins of each angle add up to 200, so half of them is a percentage. We look at three points whose surroundings you know.
+# (Of the two points, the line begins at the one whose normal lies nearer to the line.) Each is counted in eleven bins over all neighbours,
+# and the neighbours' own histograms are added, near ones with more weight: 33 numbers. Open3D's bins of each angle add up to 200, so
+# half of them is a percentage. We look at three points whose surroundings you know.
 
 # %%
 def describe(points, voxel):
@@ -468,12 +471,14 @@ picture(fig, alt="A table from above with three marked points, and their histogr
     f"{name.capitalize()}: {a}, {b} and {d} bins hold more than 5 %." for name, (a, b, d) in full.items()))
 
 # %% [markdown]
-# On a plane all normals agree, and each angle has one bin, at 0. On the globe every neighbour's normal
-# leans forwards, so the bend lies above 0; every line falls below the surface, so the rise lies below 0; nothing leans sideways. At an edge two families of normals meet, and the
-# bins fill. Turn the scene, and the angles stay, so the histograms of table and globe stay nearly the same: that is what they are for. The
-# one at the edge changes more, because the cubes do not turn with the scene and other points are kept. That is the noise of a
-# feature, and it must stay well below the difference between two places. But every place in the middle of the table has the *same*
-# histogram. A feature tells corners from planes, not one piece of plane from the next.
+# On a plane all normals agree, and each angle has one bin, at 0. On the globe every neighbour's normal leans forwards, so the bend lies
+# above 0; every line falls below the surface, so the rise lies below 0; and nothing leans to a side. At an edge two families of
+# normals meet, and more bins fill.
+#
+# Turn the scene, and the angles stay, so the histograms of table and globe stay nearly the same: that is what they are for. The one at the
+# edge changes more, because the cubes do not turn with the scene and other points are kept; it still changes less than table and globe
+# differ. But every place in the middle of the table has the *same* histogram. A feature tells corners from planes, not one piece of
+# plane from the next.
 #
 # ## Report against reality
 #
@@ -534,7 +539,7 @@ report_table(rows, columns=["voxel (mm)", "points", "points within the normal's 
 # | Report 6.3: `preprocess_point_cloud` | radii in multiples of the voxel are good practice; 0.05 makes "local" features of the whole cloud; normals lack a sign | second table above, section 4 |
 # | Report 6.3: normals give "orientation and curvature" | orientation up to the sign; curvature is another number (λ₀/Σλ) | sections 3 and 4 |
 # | UAV IV: "leaf" 0.2 (PCL's name for the voxel), "preserving essential features" | what is thinner than the voxel is not preserved: 0.2 m keeps walls and loses branches and wires | Break it |
-# | UAV IV: downsampling first, then outliers | outliers get a vote in centroids, and a cube of their own: remove them first | lesson 05 measures it |
+# | UAV IV: downsampling first, then outliers | an outlier gets a vote in a centroid, or a cube of its own that counts as much as a full one; leave out cubes with few points | section 1; task 2 of the lab |
 
 # %% [markdown]
 # ## Break it
@@ -604,7 +609,8 @@ show.panels(drawn, frame="camera", view="top", color="depth", size=2,
 # ## Key points
 #
 # - Round down, and fix the origin. A voxel grid without an origin is not reproducible.
-# - On a surface, half the voxel is four times the points. What is lost grows with the voxel, what is false with its square.
+# - On a surface, half the voxel is four times the points. What is lost is a third of the voxel; what is false grows with its square, while
+#   cubes are small.
 # - The rule: below the thinnest thing to keep, and at most three times the error you can bear. A voxel grid is no noise filter.
 # - Normal: centre, covariance, the *column* of the *smallest* eigenvalue. Its sign needs a viewpoint in the same frame.
 # - FPFH is the angles around a point: the same after any motion, and the same all over a plane.
@@ -619,8 +625,8 @@ show.panels(drawn, frame="camera", view="top", color="depth", size=2,
 # Take the voxel by the rule, and not from your noise: on a desk with pens of 8 mm, of which 2 mm may be lost, that is 6 mm; in a corridor
 # with doors 40 mm thick, of which 15 mm may be lost, it is just below 40.
 #
-# In the folder of a released lab the library's `voxel_downsample` is locked, because you write it yourself there. Run these cells in the
-# course's own folder, or with `voxel_grid` of section 1.
+# In the folder of a released lab, what you write there yourself is locked in the library: `voxel_downsample`, `estimate_normals`,
+# `sample_farthest`. Run this lesson in the course's own folder.
 #
 # ## To the lab
 #
