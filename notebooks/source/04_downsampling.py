@@ -332,8 +332,8 @@ ks = [5, 10, 20, 30, 50, 100, 200]
 curves = {}
 for noise in (0.0, 0.0003, 0.001):
     noisy = points + noise * np.random.default_rng(1).standard_normal(points.shape)
-    sorted_by_distance = noisy[cKDTree(noisy).query(noisy[::20], k=max(ks))[1]]
-    curves[noise] = [float(np.median(degrees_off(np.array([normal_of(p[:k])[0] for p in sorted_by_distance]), true[::20])))
+    sorted_by_distance = noisy[cKDTree(noisy).query(noisy[::40], k=max(ks))[1]]
+    curves[noise] = [float(np.median(degrees_off(np.array([normal_of(p[:k])[0] for p in sorted_by_distance]), true[::40])))
                      for k in ks]
 
 # %% tags=["hide-input"]
