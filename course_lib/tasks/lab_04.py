@@ -7,6 +7,7 @@ same in a few lines of NumPy.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -23,7 +24,7 @@ from course_lib.tasks.mistakes_04 import (
     WHICH_MISTAKES,
 )
 from course_lib.tasks.plain import Plain
-from course_lib.tasks.wording import array_problem, measured
+from course_lib.tasks.wording import array_problem, measured, quantity
 
 # ----------------------------------------------------------------------------------------------------------- 1 cubes
 
@@ -50,17 +51,30 @@ def _index_cases(rng: np.random.Generator) -> list[Case]:
     ]
 
 
+def _judge_index(case: Case, answer: Plain) -> Verdict:
+    """Whole numbers are right or wrong: a wrong one is told beside the right one."""
+    verdict = judge_array(answer, case.truth, 0.2, "cubes", axes="xyz", what="the numbers")
+    if verdict.passed or not math.isfinite(verdict.error):
+        return verdict
+    got, truth = np.asarray(answer, dtype=float), np.asarray(case.truth)
+    row, axis = np.argwhere(np.abs(got - truth) > 0.2)[0]
+    wrong = int((np.abs(got - truth) > 0.2).any(axis=1).sum())
+    told = f"Row {row}, {'xyz'[axis]}: expected {truth[row, axis]}, got {got[row, axis]:g}"
+    return replace(verdict, message=f"{told} ({wrong:,} of {len(truth):,} rows are wrong).")
+
+
 # ------------------------------------------------------------------------------------------------------------ 2 grid
 
 _POINT_TOLERANCE = 1e-4  # metres
 
 
-def _centroids(points: np.ndarray, voxel: float, origin: np.ndarray) -> np.ndarray:
-    """(M, 3) means of the points of each cube, summed exactly."""
+def _centroids(points: np.ndarray, voxel: float, origin: np.ndarray, least: int) -> np.ndarray:
+    """(M, 3) means of the points of each cube that holds at least so many, summed exactly."""
     cubes: dict[tuple[int, ...], list[list[float]]] = {}
     for number, point in zip(_index(points, voxel, origin).tolist(), points.tolist(), strict=True):
         cubes.setdefault(tuple(number), []).append(point)
-    return np.array([[math.fsum(axis) / len(axis) for axis in zip(*held, strict=True)] for held in cubes.values()])
+    full = [held for held in cubes.values() if len(held) >= least]
+    return np.array([[math.fsum(axis) / len(axis) for axis in zip(*held, strict=True)] for held in full])
 
 
 def _floor_and_table(rng: np.random.Generator, count: int) -> np.ndarray:
@@ -71,19 +85,19 @@ def _floor_and_table(rng: np.random.Generator, count: int) -> np.ndarray:
     return points + 0.01 * rng.standard_normal((count, 3))
 
 
-def _grid_case(points: np.ndarray, voxel: float, origin: np.ndarray, name: str) -> Case:
-    given = {"points": points, "voxel": voxel, "origin": origin}
-    return Case(given, {"truth": _centroids(points, voxel, origin)}, name)
+def _grid_case(points: np.ndarray, voxel: float, origin: np.ndarray, least: int, name: str) -> Case:
+    given = {"points": points, "voxel": voxel, "origin": origin, "least": least}
+    return Case(given, {"truth": _centroids(points, voxel, origin, least)}, name)
 
 
 def _grid_cases(rng: np.random.Generator) -> list[Case]:
-    hand = np.array([[0.1, 0.1, 0.1], [0.3, 0.1, 0.1], [0.1, 0.3, 0.1], [0.9, 0.1, 0.1], [-0.1, 0.1, 0.1]])
+    x_and_y = [[0.1, 0.1], [0.3, 0.1], [0.1, 0.3], [0.9, 0.1], [0.7, 0.3], [-0.1, 0.1]]
+    hand = np.insert(np.array(x_and_y), 2, 0.1, axis=1)
+    far = _floor_and_table(rng, 400) + [4.0, -3.0, 1.0]
     return [
-        _grid_case(hand, 0.5, np.zeros(3), "five points in three cubes, to do in your head"),
-        _grid_case(_floor_and_table(rng, 900), 0.2, rng.uniform(0.03, 0.07, 3), "a floor and a table"),
-        _grid_case(
-            _floor_and_table(rng, 400) + [4.0, -3.0, 1.0], 0.35, rng.uniform(0.1, 0.25, 3), "the same, far away"
-        ),
+        _grid_case(hand, 0.5, np.zeros(3), 2, "six points in three cubes, to do in your head"),
+        _grid_case(_floor_and_table(rng, 900), 0.2, rng.uniform(0.03, 0.07, 3), 4, "a floor and a table"),
+        _grid_case(far, 0.35, rng.uniform(0.1, 0.25, 3), 3, "the same, far away"),
     ]
 
 
@@ -143,7 +157,7 @@ def _judge_normal(case: Case, answer: Plain) -> Verdict:
 
 # ------------------------------------------------------------------------------------------------------------ 5 open
 
-_COUNT = 150
+_COUNT, _GAP_POINTS = 150, 4
 _GAP_BANDS = ((0.245, 1.0), (0.275, 0.75), (0.330, 0.5), (0.430, 0.25))  # metres: the widest gap
 
 
@@ -174,7 +188,14 @@ def _judge_thin(case: Case, answer: Plain) -> Verdict:
     if len(np.unique(chosen)) < count:
         return refuse(f"Only {len(np.unique(chosen))} of the {count} indices are different.", tolerance, "m")
     gap = float(cKDTree(points[chosen]).query(points)[0].max())
-    return judge_band(gap, _GAP_BANDS, "m", what="the widest gap")
+    verdict = judge_band(gap, _GAP_BANDS, "m", what="the widest gap")
+    told = f"Your widest gap: {quantity(gap, 'm')} (the middle one of five scenes)"
+    harder = [(limit, score) for limit, score in _GAP_BANDS if gap > limit]
+    if not harder:
+        return replace(verdict, message=f"{told}; that is the best band.")
+    limit, score = harder[-1]
+    worth = f"{score * _GAP_POINTS:g} point" + ("s" if score * _GAP_POINTS != 1 else "")
+    return replace(verdict, message=f"{told}; under {quantity(limit, 'm')} earns {worth}.")
 
 
 def _guess_thin(rng: np.random.Generator):
@@ -199,17 +220,17 @@ _GRIDS = (
 
 TASKS = (
     Task(
-        id="04-1", title="the cube of a point", points=1, version=1, kind="fill",
+        id="04-1", title="the cube of a point", points=1, version=2, kind="fill",
         signature="def voxel_index(points, voxel, origin)",
         cases=_index_cases,
-        judge=lambda case, answer: judge_array(answer, case.truth, 0.2, "cubes", axes="xyz", what="the numbers"),
+        judge=_judge_index,
         misconceptions=INDEX_MISTAKES,
         hides=_GRIDS,
         where="lesson 04, section 1 (one point a cube)",
     ),
     Task(
-        id="04-2", title="a voxel grid", points=3, version=1, kind="write",
-        signature="def voxel_centroids(points, voxel, origin)",
+        id="04-2", title="a voxel grid", points=3, version=2, kind="write",
+        signature="def voxel_centroids(points, voxel, origin, least)",
         cases=_grid_cases,
         judge=lambda case, answer: judge_points_set(answer, case.truth, _POINT_TOLERANCE, "m", what="the centroids"),
         misconceptions=GRID_MISTAKES,
@@ -239,26 +260,26 @@ TASKS = (
         where="lesson 04, section 1 (one point a cube)",
     ),
     Task(
-        id="04-5", title="thin out without holes", points=4, version=1, kind="open",
+        id="04-5", title="thin out without holes", points=_GAP_POINTS, version=2, kind="open",
         signature="def thin_out(points, count)",
         cases=lambda rng: [_view(rng)],
         judge=_judge_thin,
         misconceptions=THIN_MISTAKES,
         guess=_guess_thin,
         hides=("course_lib.downsample.sample_farthest", *_GRIDS),
-        where="lesson 04, section 2 (what is kept, what is lost), then this task's hints",
+        where="lesson 04, Going further (farthest point), then this task's hints",
     ),
     Task(
-        id="04-6", title="explain the smooth cloud", points=2, version=1, kind="explain",
+        id="04-6", title="explain the smooth cloud", points=2, version=2, kind="explain",
         signature="def explain()",
         cases=lambda rng: [Case({}, {}, "your words")],
         judge=lambda case, answer: judge_words(answer, 60),
         rubric=(
             "0: says that downsampling removes noise, or that a larger voxel is always better or always worse.",
             "1: says that flat parts are averaged while edges are rounded off; or from what the voxel should follow "
-            "(the smallest thing to keep, the noise, the point spacing).",
-            "2: both: a mean over a cube averages noise on flat parts and rounds off edges as wide as the voxel, and a "
-            "rule for the voxel that names the part's size or its thinnest detail.",
+            "(the thinnest thing to keep, or how much may be lost; the noise alone is no rule).",
+            "2: both: a mean over a cube can average noise on flat parts, and rounds off edges by a good part of the "
+            "voxel; and a rule for the voxel that names the thinnest detail or the error that can be borne.",
         ),
         where="lesson 04, Report against reality (noise reduction)",
     ),

@@ -51,12 +51,18 @@ INDEX_MISTAKES = (
 )
 
 
-def _wrong_grid(index: str = "np.floor((points - origin) / voxel)", result: str = "") -> str:
-    result = result or "np.array([points[which == i].mean(axis=0) for i in range(len(cubes))])"
-    return ("def voxel_centroids(points, voxel, origin):\n"
+def _wrong_grid(
+    index: str = "np.floor((points - origin) / voxel)", result: str = "", full: str = "count >= least"
+) -> str:
+    result = result or "np.array([points[which == i].mean(axis=0) for i in np.flatnonzero(full)])"
+    return ("def voxel_centroids(points, voxel, origin, least):\n"
             f"    index = {index}\n"
-            "    cubes, which = np.unique(index, axis=0, return_inverse=True)\n"
+            "    cubes, which, count = np.unique(index, axis=0, return_inverse=True, return_counts=True)\n"
             "    which = which.reshape(-1)\n"
+            f"    full = {full}\n"
+            "    total, last = np.zeros((len(cubes), 3)), np.zeros((len(cubes), 3))\n"
+            "    np.add.at(total, which, points)\n"
+            "    last[which] += points\n"
             f"    return {result}\n")
 
 
@@ -79,28 +85,53 @@ GRID_MISTAKES = (
     Misconception(
         "centres of the cubes",
         "the middle of each cube in the place of the mean of its points: nothing was measured there",
-        _wrong_grid(result="(cubes + 0.5) * voxel + origin"),
+        _wrong_grid(result="(cubes[full] + 0.5) * voxel + origin"),
     ),
     Misconception(
         "corners of the cubes",
         "the numbers of the cubes times the voxel, which are their corners: return the mean of the points in each cube",
-        _wrong_grid(result="cubes * voxel + origin"),
+        _wrong_grid(result="cubes[full] * voxel + origin"),
     ),
     Misconception(
         "first point of each cube",
         "one point of each cube and not their mean: noise is not averaged then",
-        _wrong_grid(result="np.array([points[which == i][0] for i in range(len(cubes))])"),
+        _wrong_grid(result="np.array([points[which == i][0] for i in np.flatnonzero(full)])"),
     ),
     Misconception(
         "middle of the extremes",
         "the middle between smallest and largest coordinates of each cube: the centroid is the mean of all its points",
         _wrong_grid(result="np.array([(points[which == i].min(axis=0) + points[which == i].max(axis=0)) / 2 "
-                           "for i in range(len(cubes))])"),
+                           "for i in np.flatnonzero(full)])"),
     ),
     Misconception(
         "height left out",
         "columns in the place of cubes, which merge the floor with what stands on it: number the cubes along z, too",
         _wrong_grid("np.floor((points - origin) / voxel)[:, :2]"),
+    ),
+    Misconception(
+        "sums not divided",
+        "the sum of the points of each cube: divide it by how many there are",
+        _wrong_grid(result="total[full]"),
+    ),
+    Misconception(
+        "+= with repeated indices",
+        "total[which] += points, which adds only one of the points of a cube: use np.add.at(total, which, points)",
+        _wrong_grid(result="last[full] / count[full][:, None]"),
+    ),
+    Misconception(
+        "counts returned as well",
+        "the centroids and the counts in one answer: return the centroids alone",
+        _wrong_grid(result="(total[full] / count[full][:, None], count[full])"),
+    ),
+    Misconception(
+        "more than for at least",
+        "cubes with exactly `least` points left out: at least means count >= least",
+        _wrong_grid(full="count > least"),
+    ),
+    Misconception(
+        "nearly empty cubes kept",
+        "every cube that holds a point, so that a stray one counts as much as a full cube: keep count >= least",
+        _wrong_grid(full="count >= 1"),
     ),
 )
 
@@ -154,7 +185,7 @@ NORMAL_MISTAKES = tuple(
     ),
     Misconception(
         "away from the viewpoint",
-        "the normal turned to the far side: it must point to where the sensor stood",
+        "the normal on the far side, turned the wrong way or not at all: it must point to where the sensor stood",
         _wrong_normal(sign="> 0"),
     ),
 )

@@ -70,47 +70,54 @@ check("04-1", voxel_index)
 # %% [markdown]
 # ## Task 2 — a voxel grid (3 points)
 #
-# Keep one point a cube: the mean of the points in it.
+# Keep one point a cube: the mean of the points in it. A stray point alone in its cube would count as much as a full cube, so leave out
+# cubes that hold fewer than `least` points.
 #
 # - `points`: (N, 3) float, metres
 # - `voxel`: the edge of a cube, metres
 # - `origin`: (3,) float, metres; the lower corner of the cube numbered 0, 0, 0
-# - returns: (M, 3) float, metres; one point for each cube that holds any, in any order
+# - `least`: a whole number; how many points a cube must hold to be kept
+# - returns: (M, 3) float, metres; one point for each cube that holds at least `least` points, in any order
 #
 # <details><summary>Hint 1: idea</summary>First the number of each point's cube, as in task 1. Then points with the same three
 # numbers belong together.</details>
-# <details><summary>Hint 2: formula</summary>centroid = sum of the points of a cube / how many there are</details>
-# <details><summary>Hint 3: call</summary><code>cubes, which = np.unique(index, axis=0, return_inverse=True)</code>: point i lies in cube
-# <code>which[i]</code> (flatten it with <code>.ravel()</code>); <code>points[which == k].mean(axis=0)</code> is the centroid of cube k.</details>
+# <details><summary>Hint 2: formula</summary>centroid = sum of the points of a cube / how many there are; keep it if there are
+# <code>least</code> or more</details>
+# <details><summary>Hint 3: call</summary><code>np.unique(index, axis=0, return_inverse=True, return_counts=True)</code> returns the cubes, for
+# each point which of them it lies in (flatten it with <code>.ravel()</code>), and how many points each cube holds;
+# <code>points[which == k].mean(axis=0)</code> is the centroid of cube k.</details>
 
 # %% tags=["expected", "hide-input"]
 rng = np.random.default_rng(2)
 flat = rng.uniform(-1, 1, (150, 2))
-cube = np.floor(flat / 0.5)
-means = np.array([flat[(cube == one).all(axis=1)].mean(axis=0) for one in np.unique(cube, axis=0)])
-fig, axis = plt.subplots(figsize=(4.2, 4.2), layout="constrained")
+cubes, which, count = np.unique(np.floor(flat / 0.5), axis=0, return_inverse=True, return_counts=True)
+means = np.array([flat[which.ravel() == k].mean(axis=0) for k in np.flatnonzero(count >= 8)])
+fig, axis = plt.subplots(figsize=(5.4, 4.2), layout="constrained")
 for line in np.arange(-2, 3) / 2:
     axis.axhline(line, color="0.75", lw=1)
     axis.axvline(line, color="0.75", lw=1)
 axis.plot(*flat.T, ".", color=show.COLOURS["reference"], label="given")
 axis.plot(*means.T, "o", color=show.COLOURS["target"], label="kept")
-axis.set(aspect="equal", xlabel="x (m)", ylabel="y (m)", title="Expected, seen from above")
-axis.legend(loc="upper right", fontsize=9)
-picture(fig, alt=f"{len(flat)} points in a square of four by four cubes seen from above, and {len(means)} kept points, one in each "
-                 "cube, not in its middle but at the mean of the points in it.")
+for (x, y), many in zip(cubes / 2, count, strict=True):
+    axis.text(x + 0.03, y + 0.03, str(many), fontsize=9, color="0.3")
+axis.set(aspect="equal", xlabel="x (m)", ylabel="y (m)", title="Expected from above, least = 8")
+axis.legend(loc="upper left", bbox_to_anchor=(1.02, 1), fontsize=9)
+picture(fig, alt=f"{len(flat)} points in a square of {len(cubes)} cubes seen from above, each cube with the number of its points, from "
+                 f"{count.min()} to {count.max()}. The {len(means)} cubes with at least 8 keep one point each, not in the middle of "
+                 "the cube but at the mean of the points in it.")
 
 
 # %% tags=["task"]
-def voxel_centroids(points, voxel, origin):
-    """Centroids (M, 3) of the points (N, 3) in each cube that holds any, in metres."""
+def voxel_centroids(points, voxel, origin, least):
+    """Centroids (M, 3) of the points (N, 3) in each cube that holds at least so many, in metres."""
     # BEGIN SOLUTION
     # the number of each point's cube
     index = np.floor((points - origin) / voxel)
-    # which cubes occur, and in which of them each point lies
-    cubes, which = np.unique(index, axis=0, return_inverse=True)
+    # which cubes occur, in which of them each point lies, and how many points each holds
+    cubes, which, count = np.unique(index, axis=0, return_inverse=True, return_counts=True)
     which = which.ravel()
-    # the mean of the points of each cube
-    return np.array([points[which == k].mean(axis=0) for k in range(len(cubes))])
+    # the mean of the points of each cube that holds enough of them
+    return np.array([points[which == k].mean(axis=0) for k in np.flatnonzero(count >= least)])
     # END SOLUTION
 
 
@@ -124,7 +131,7 @@ check("04-2", voxel_centroids)
 # real data: stanford_bunny
 bunny = data.load("stanford_bunny").cloud.points.astype(float)
 try:
-    grids = {f"voxel {voxel:g} m": voxel_centroids(bunny, voxel, np.zeros(3)) for voxel in (0.005, 0.05)}
+    grids = {f"voxel {voxel:g} m": voxel_centroids(bunny, voxel, np.zeros(3), 1) for voxel in (0.005, 0.05)}
     if all(np.ndim(grid) == 2 and len(grid) > 3 for grid in grids.values()):
         for name, grid in grids.items():
             report(f"points, {name}", len(grid))
@@ -142,8 +149,8 @@ except NotImplementedError as todo:
 # - `viewpoint`: (3,) float, metres; where the sensor stood, in the same frame
 # - returns: (3,) float, of length 1; the normal, on the side of the viewpoint
 #
-# <details><summary>Hint 1: idea</summary>Spread is counted from the middle of the points. What does the code count it from? And to
-# which point does the arrow towards the sensor begin?</details>
+# <details><summary>Hint 1: idea</summary>Spread is counted from the middle of the points. What does the code count it from? And at
+# which point must the arrow to the sensor begin?</details>
 # <details><summary>Hint 2: formula</summary>the matrix is the sum of d dᵀ with d = p − mean; the normal n obeys
 # n · (viewpoint − mean) &gt; 0</details>
 # <details><summary>Hint 3: call</summary><code>np.linalg.eigh</code> returns eigenvalues in ascending order, and the eigenvectors as the
@@ -185,7 +192,7 @@ def normal_of(neighbours, viewpoint):
     return normal
     # INSTEAD
     #| values, vectors = np.linalg.eigh(neighbours.T @ neighbours)
-    #| normal = vectors[0]  # eigh sorts ascending, so the first one belongs to the smallest
+    #| normal = vectors[0]  # eigh sorts its eigenvalues: the smallest comes first
     #| if normal @ viewpoint < 0:
     #|     normal = -normal
     #| return normal
@@ -205,7 +212,8 @@ check("04-3", normal_of)
 #
 # <details><summary>Hint 1: idea</summary>Ask of each: does every cube hold one point, and does the point lie where something was
 # measured? If not, where not: everywhere, or beside the origin only?</details>
-# <details><summary>Hint 2: formula</summary>int() makes one cube of numbers −0.9 and 0.9. Without height, all that stands in one
+# <details><summary>Hint 2: formula</summary>int() puts points that lie 0.9 voxels before zero and 0.9
+# voxels behind it into one cube. Without height, all that stands in one
 # column becomes one point. Centres lie on straight lines.</details>
 
 # %% tags=["expected", "hide-input"]
@@ -256,7 +264,8 @@ picture(fig, alt="A floor with a table on one leg, from the side, with the grid,
 # %% tags=["expected", "hide-input"]
 report_table([[letter, len(points), int(np.sum(off[letter] > 0.03)), len(np.unique(np.round(points[:, 1], 6))),
                int(np.sum(off[letter] < 1e-9))] for letter, points in clouds.items()],
-             columns=["cloud", "points kept", "more than 3 cm from anything measured", "different heights", "measured points"])
+             columns=["cloud", "points kept", "more than 3 cm from anything measured", "different heights",
+                      "kept points that were measured"])
 
 
 # %% tags=["task"]
@@ -286,8 +295,8 @@ check("04-4", causes)
 # - `count`: how many to keep; here 150 of 4000
 # - returns: (count,) whole numbers, all different: the indices of the points to keep
 #
-# The **widest gap** is the largest distance from any point of the cloud to the nearest kept one. You are scored by it, as the median
-# over five scenes: under 430 mm earns 1 point, under 330 mm 2, under 275 mm 3, under 245 mm all 4.
+# The **widest gap** is the largest distance from any point of the cloud to the nearest kept one. The check tells you yours, the middle
+# one of five scenes, and you are scored by it: under 430 mm earns 1 point, under 330 mm 2, under 275 mm 3, under 245 mm all 4.
 #
 # <details><summary>Hint 1: idea</summary>A voxel grid keeps as many points of far things as of near ones. Can you do still better, by
 # always putting the next point where the widest gap is?</details>
@@ -317,20 +326,22 @@ check("04-5", thin_out)
 # ## Task 6 — explain the smooth cloud (2 points, marked by hand)
 #
 # A colleague scans parts of 15 cm and downsamples every scan with a voxel of 0.05, "because it removes the noise". In at most 60
-# words: what does the mean over a cube do to flat parts, what to edges, and from what should the voxel follow?
+# words: what does the mean over a cube do to flat parts, what to edges, and from what should the voxel follow? Write them as a text in
+# quotes after `return`. All that stands between blanks counts as a word, symbols too.
 #
 # <details><summary>Hint 1: idea</summary>Think of a cube that holds a piece of a flat wall, and of one that holds a corner.</details>
-# <details><summary>Hint 2: formula</summary>"Report against reality" in lesson 04 has both columns.</details>
+# <details><summary>Hint 2: formula</summary>"Report against reality" in lesson 04 has what happens to noise and to edges in two columns of its
+# first table. The rule for the voxel is in section 2.</details>
 
 
 # %% tags=["task"]
 def explain():
-    """Your explanation, at most 60 words."""
+    """Your explanation, a text of at most 60 words."""
     # BEGIN SOLUTION
     return (
-        "On flat parts the mean averages noise, if the cube is thicker than the noise. At an edge it mixes both sides and cuts "
-        "the edge off, by a good part of the voxel: shape is lost, not noise. The voxel must follow from the smallest detail "
-        "to keep, here millimetres, and never from habit."
+        "On flat parts the mean averages noise, but only where one cube holds all of it. At an edge it mixes both sides and cuts "
+        "the edge off, by a good part of the voxel: shape is lost, not noise. The voxel must stay below the thinnest detail "
+        "to keep, and lose no more than I can bear."
     )
     # END SOLUTION
 

@@ -93,6 +93,28 @@ def test_what_is_lost_grows_with_the_voxel_and_what_is_false_with_its_square(ani
     assert slope == pytest.approx(2.05, abs=0.15)
 
 
+def test_what_is_false_grows_more_slowly_once_a_cube_holds_whole_pieces(animal, points):
+    voxels = np.array([0.02, 0.03, 0.05])
+    false = [
+        metrics.distance_to_surface(downsample.voxel_downsample(points, voxel), animal.mesh).mean() for voxel in voxels
+    ]
+    assert np.polyfit(np.log(voxels), np.log(false), 1)[0] == pytest.approx(1.2, abs=0.15)
+
+
+def test_the_voxel_that_the_rule_chooses(animal, points):
+    """The ears are 7 mm thick, 2 mm may be lost: 6 mm, and that is what is lost."""
+    rays = np.hstack([points - 1e-5 * animal.cloud.normals, -animal.cloud.normals]).astype(np.float32)
+    scene = o3d.t.geometry.RaycastingScene()
+    scene.add_triangles(
+        o3d.core.Tensor(animal.mesh.vertices.astype(np.float32)),
+        o3d.core.Tensor(animal.mesh.triangles.astype(np.uint32)),
+    )
+    thickness = 1000 * scene.cast_rays(o3d.core.Tensor(rays))["t_hit"].numpy()
+    assert np.percentile(thickness, 1) == pytest.approx(7.4, abs=0.3)
+    lost = metrics.nearest_distances(points, downsample.voxel_downsample(points, 0.006)).mean()
+    assert 1000 * lost == pytest.approx(2.06, abs=0.06)
+
+
 def test_the_budgets_row():
     """10 mm cubes move exact points about 1.5 m away by some hundredths of a millimetre from the surface."""
     room = _load("living_room")
@@ -154,6 +176,40 @@ def test_the_viewpoint_must_be_in_the_frame_of_the_points(lesson):
     assert ((lazy * world).sum(axis=1) < 0).mean() == pytest.approx(0.66, abs=0.02)
 
 
+def test_the_three_angles_of_fpfh_are_bend_twist_and_rise_in_this_order():
+    """Open3D's 33 numbers, rebuilt from what the lesson says of them."""
+    rng = np.random.default_rng(0)
+    x, y = rng.uniform(-1, 1, (2, 60))
+    points = np.column_stack([x, y, 0.3 * x**2 + 0.2 * x * y])
+    arrows = np.column_stack([-0.6 * x - 0.2 * y, -0.2 * x, np.ones(60)])
+    arrows /= np.linalg.norm(arrows, axis=1, keepdims=True)
+    cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points))
+    cloud.normals = o3d.utility.Vector3dVector(arrows)
+    search = o3d.geometry.KDTreeSearchParamRadius(0.5)
+    theirs = o3d.pipelines.registration.compute_fpfh_feature(cloud, search).data.T.reshape(60, 3, 11)
+
+    def angles(i: int, j: int) -> tuple[float, float, float]:
+        line = (points[j] - points[i]) / np.linalg.norm(points[j] - points[i])
+        first, second = arrows[i], arrows[j]
+        if abs(first @ line) < abs(second @ line):  # begin where the normal lies nearer to the line
+            first, second, line = second, first, -line
+        side = np.cross(line, first)
+        side /= np.linalg.norm(side)
+        forwards = np.cross(first, side)
+        return np.arctan2(forwards @ second, first @ second) / np.pi, side @ second, first @ line
+
+    around = [[j for j in near if j != i] for i, near in enumerate(cKDTree(points).query_ball_point(points, 0.5))]
+    own = np.zeros((60, 3, 11))
+    for i, near in enumerate(around):
+        for j in near:
+            for histogram, value in zip(own[i], angles(i, j), strict=True):
+                histogram[min(int(11 * (value + 1) / 2), 10)] += 100 / len(near)
+    for i, near in enumerate(around):
+        weights = 1 / ((points[near] - points[i]) ** 2).sum(axis=1)
+        added = np.tensordot(weights / weights.sum(), own[near], 1)
+        np.testing.assert_allclose(theirs[i], own[i] + added, atol=1e-9)
+
+
 def test_fpfh_of_a_plane_a_ball_and_an_edge(lesson):
     """On a plane each angle has one bin; on a ball few; where planes meet many. Angles do not change when all turns."""
     rng = np.random.default_rng(5)
@@ -198,6 +254,22 @@ def test_noise_reduction_is_three_things(by_origin):
     assert by_origin[0.04][1] > 2.4, "two layers, with an unlucky one"
     edges = [cut for _, _, cut in by_origin.values()]
     assert edges == sorted(edges) and edges[-1] > 2.5
+
+
+def test_how_often_a_voxel_grid_halves_the_noise():
+    """2 mm of noise, 100 origins: never with 10 mm, for a third of them with 20 mm, for two thirds with 40 mm."""
+    rng = np.random.default_rng(6)
+    sheet = np.column_stack([rng.uniform(0, 0.2, (15_000, 2)), 0.002 * rng.standard_normal(15_000)])
+    share = [
+        np.mean(
+            [
+                np.std(downsample.voxel_downsample(sheet, voxel, start)[:, 2]) < 0.001
+                for start in rng.uniform(0, voxel, (100, 3))
+            ]
+        )
+        for voxel in (0.01, 0.02, 0.04)
+    ]
+    assert share == pytest.approx([0, 0.33, 0.67], abs=0.1)
 
 
 def test_the_average_over_a_cube_is_noise_over_root_n():
@@ -275,3 +347,28 @@ def test_a_voxel_grid_earns_half_of_task_5_and_farthest_points_all(seed):
     ]
     assert 0.5 <= scores[0] < 1.0
     assert scores[1] == 1.0
+
+
+def test_task_1_tells_the_first_wrong_number_beside_the_right_one():
+    task = tasks.get("04-1")
+    cases = tasks.fresh(task, 0)
+    outcomes = tasks.run_all(lambda points, voxel, origin: ((points - origin) / voxel).astype(int), cases[:1])
+    message = tasks.judge_all(task, cases[:1], outcomes).error
+    assert message == "Row 1, x: expected -1, got 0 (1 of 2 rows are wrong)."
+
+
+def test_task_5_tells_your_own_gap_and_the_next_band():
+    task = tasks.get("04-5")
+    cases = tasks.fresh(task, 0)
+    said = {}
+    for name, function in (
+        ("first", lambda points, count: np.arange(count)),
+        ("random", lambda points, count: np.random.default_rng(0).choice(len(points), count, replace=False)),
+        ("farthest", downsample.sample_farthest),
+    ):
+        said[name] = tasks.judge_all(task, cases, tasks.run_all(function, cases)).error
+    assert re.fullmatch(
+        r"Your widest gap: 2\.\d+ m \(the middle one of five scenes\); under 430 mm earns 1 point\.", said["first"]
+    )
+    assert re.match(r"Your widest gap: \d{3} mm .*; under \d{3} mm earns \d points?\.", said["random"])
+    assert re.match(r"Your widest gap: 2\d\d mm .*; that is the best band\.", said["farthest"])
