@@ -34,7 +34,7 @@ middle = animal.mean(axis=0)
 
 
 def start_at(degrees, metres, axis=(0, 0, 1)):
-    """A start so many degrees and metres from the true pose, turned about the animal's middle."""
+    """A start so many degrees and metres from the true pose: turned about the vertical through the animal's middle, shifted along x."""
     T = transforms.exp(np.r_[0, 0, 0, np.radians(degrees) * np.array(axis, float)])
     T[:3, 3] = middle - T[:3, :3] @ middle + [metres, 0, 0]
     return T
@@ -67,11 +67,13 @@ show.panels({"before": [(source, "source"), (target, "target")], "after": [(surf
 # ## 1 If you knew the pairs
 #
 # Suppose somebody tells you which source point is which target point. **Registration** then asks for the rotation R and the
-# translation t that bring the pairs together: smallest $\sum \lVert R\,p_i + t - q_i \rVert^2$. Note the square. The lecture prints
-# the norm without it, and then the SVD does not solve it.
+# translation t that bring the pairs together: smallest $\sum \lVert R\,p_i + t - q_i \rVert^2$. Note the square: without it, what follows
+# does not solve it.
 #
-# The best t takes the source's mean to the target's, so both means can be subtracted first. What is left is a rotation. It comes from the
-# **cross-covariance** $\Sigma = \sum p_i q_i^T$ of the centred points, and its SVD $\Sigma = U W V^T$: $R = V U^T$.
+# The best t takes the source's mean to the target's, so both means can be subtracted first. What is left is a rotation. Written out, the sum of squares is
+# smallest where $\sum q_i^T R\,p_i = \mathrm{tr}(R\,\Sigma)$ is largest, with the **cross-covariance** $\Sigma = \sum p_i q_i^T$ of the centred points.
+# Take its SVD, $\Sigma = U W V^T$. Then $\mathrm{tr}(R\,\Sigma) = \mathrm{tr}(V^T R\,U\,W)$. The first three factors are one orthogonal matrix, whose entries are
+# at most 1, and W has no negative entry: nothing beats $V^T R\,U = I$. So $R = V U^T$.
 
 # %%
 def best_rigid(p, q):
@@ -94,8 +96,8 @@ assert np.allclose(ours, T_true)
 assert np.allclose(registration.fit_rigid(surface, transforms.apply(T_true, surface)), ours)
 
 # %% [markdown]
-# What is `guard`? An SVD gives an orthogonal matrix, and that may be a mirror. In the lecture's line 4, R = V Uᵀ, the guard is missing. Is it needed?
-# We draw clouds, move them, and count determinants of −1.
+# What is `guard`? V Uᵀ is orthogonal, and that may be a mirror. Then the weakest direction, the last, is flipped: R = V diag(1, 1, det(V Uᵀ)) Uᵀ. The
+# lecture has no guard. Is it needed? We draw clouds, move them, and count determinants of −1.
 
 # %%
 mirrors = {}
@@ -141,9 +143,12 @@ report_table(rows, columns=["formula", "determinant", "angle off (degrees)", "po
 # yet the motion they give is mostly in the right direction. Move, guess again, move again. This is **ICP**, iterative closest points: Besl and McKay,
 # and Chen and Medioni, both 1992. (The lecture credits Rusinkiewicz and Levoy 2001, who compared variants of it.)
 #
-# One thing to keep straight. The lecture's *formula* takes the model to the data, ${}^D\xi_M$; its *algorithm 1* moves the data to
-# the model. We do what the algorithm does, and the name says it: `T_target_source`. A new step acts on points that have moved, so it stands on the
-# left: `step @ T`.
+# One thing to keep straight: which cloud moves. Here the source moves to the target, and the name says it: `T_target_source`. A new step acts on points that
+# have moved, so it stands on the left: `step @ T`.
+#
+# <details><summary>The lecture's algorithm 1, line by line</summary>1 closest points Y of the data P in the model X · 2 centres of mass of P and Y · 3
+# their cross-covariance · 4 R = V Uᵀ from its SVD U W Vᵀ · 5 t = mean of Y − R · mean of P · 6, 7 move every point of P. It moves the data to the model. The
+# lecture's <i>formula</i> above it, with the sign ξ for a pose, goes the other way.</details>
 
 # %%
 def icp_to_points(source, target, T, steps=30):
@@ -151,7 +156,7 @@ def icp_to_points(source, target, T, steps=30):
     tree, history = cKDTree(target), []
     for _ in range(steps):
         moved = source @ T[:3, :3].T + T[:3, 3]
-        distance, index = tree.query(moved)  # line 1 of algorithm 1: closest points
+        distance, index = tree.query(moved)  # line 1 of algorithm 1
         history.append((T, np.sqrt(np.mean(distance**2))))
         T = best_rigid(moved, target[index]) @ T  # lines 2 to 7
     return T, history
@@ -163,11 +168,13 @@ def off_mm(T):
 
 
 T_points, history = icp_to_points(source, target, np.eye(4), steps=40)
+spacing = np.median(cKDTree(target).query(target, 2)[0][:, 1])
 theirs = o3d.pipelines.registration.registration_icp(
     *(o3d.geometry.PointCloud(o3d.utility.Vector3dVector(c)) for c in (source, target)), 10.0, np.eye(4),
     o3d.pipelines.registration.TransformationEstimationPointToPoint(),
     o3d.pipelines.registration.ICPConvergenceCriteria(-1.0, -1.0, 40))
 assert np.allclose(theirs.transformation, T_points, atol=1e-5)
+report("spacing of the target's points", 1000 * spacing, "mm")
 report("points off by, before", off_mm(np.eye(4)), "mm")
 report("after 40 steps", off_mm(T_points), "mm", 2)
 show.panels({f"step {n}": [(transforms.apply(history[n][0], source), "source"), (target, "target")]
@@ -182,16 +189,16 @@ show.panels({f"step {n}": [(transforms.apply(history[n][0], source), "source"), 
 fig, axis = plt.subplots(figsize=(6.5, 3.2), layout="constrained")
 residual = [1000 * rmse for _, rmse in history]
 error = [off_mm(T) for T, _ in history]
-axis.semilogy(residual, "o-", ms=4, color=show.COLOURS["source"], label="residual: what ICP sees")
-axis.semilogy(error, "s-", ms=4, color=show.COLOURS["outlier"], label="error: what you want")
-axis.set(xlabel="step", ylabel="mm", title="The residual settles first")
+axis.semilogy(residual, "o-", ms=4, color=show.COLOURS["source"], label="residual (RMSE of the pairs): what ICP sees")
+axis.semilogy(error, "s-", ms=4, color=show.COLOURS["outlier"], label="error (mean): what you want")
+axis.set(xlabel="steps done", ylabel="mm", title="The residual settles first")
 axis.legend()
 picture(fig, alt=f"The residual falls from {residual[0]:.0f} to {residual[-1]:.1f} mm and flattens. The true error starts at "
                  f"{error[0]:.0f} mm and ends at {error[-1]:.2f} mm; it crosses the residual on its way.")
 
 # %% [markdown]
 # The residual cannot reach zero: the two samples share no point, so it ends near the spacing. The error can be far below it, because the
-# wrong pairs pull in all directions and cancel. And it can be far above it. Remember both.
+# wrong pairs pull in all directions and cancel. And it can be far above it: "Break it" ends half a metre off with a fine residual.
 #
 # ## 3 To planes instead of points
 #
@@ -201,7 +208,33 @@ picture(fig, alt=f"The residual falls from {residual[0]:.0f} to {residual[-1]:.1
 #
 # $$(p \times n) \cdot \omega + n \cdot t = n \cdot (q - p)$$
 #
-# One row a pair, six unknowns, least squares.
+# One row a pair, six unknowns, least squares. ω is a rotation vector: its direction is the axis, its length the angle in radians. In the end we turn by
+# exactly ω, not by the approximation, so that T stays rigid.
+
+# %% tags=["hide-input"]
+fig, axes = plt.subplots(1, 2, figsize=(9, 2.6), sharey=True, layout="constrained")
+along = np.linspace(-1, 1, 200)
+curve_y, slope = lambda x: 0.35 * np.cos(2 * x), lambda x: -0.7 * np.sin(2 * x)
+there_x, here_x = np.linspace(-0.9, 0.9, 9), np.linspace(-0.78, 0.82, 8)
+here_y = curve_y(here_x) + 0.16
+for axis, name in zip(axes, ("to points", "to planes"), strict=True):
+    axis.plot(along, curve_y(along), color="0.8", lw=1, zorder=0)
+    axis.plot(there_x, curve_y(there_x), "o", color=show.COLOURS["target"], label="target")
+    axis.plot(here_x, here_y, "o", color=show.COLOURS["source"], label="source")
+    for x, y in zip(here_x, here_y, strict=True):
+        k = np.argmin((there_x - x) ** 2 + (curve_y(there_x) - y) ** 2)
+        to_x, to_y = there_x[k], curve_y(there_x[k])
+        if name == "to planes":
+            normal = np.array([-slope(to_x), 1]) / np.hypot(slope(to_x), 1)
+            step = normal @ [to_x - x, to_y - y] * normal
+            tangent = np.array([normal[1], -normal[0]]) * 0.12
+            axis.plot([to_x - tangent[0], to_x + tangent[0]], [to_y - tangent[1], to_y + tangent[1]], color=show.COLOURS["target"], lw=2)
+            to_x, to_y = x + step[0], y + step[1]
+        axis.annotate("", (to_x, to_y), (x, y), arrowprops={"arrowstyle": "->", "color": show.COLOURS["outlier"]})
+    axis.set(title=f"{name}: what is made small", aspect="equal", xticks=[], yticks=[])
+axes[0].legend(loc="lower center", ncols=2)
+picture(fig, alt=f"A curved line of {len(there_x)} target points and {len(here_x)} source points above it, twice. To points, arrows run slantwise to the nearest "
+                 "point. To planes, each arrow runs straight across to the short tangent through its partner.")
 
 # %%
 def normals_of(points, k=15):
@@ -231,6 +264,7 @@ for _ in range(40):
     moved = transforms.apply(T, source)
     index = tree.query(moved)[1]
     T = step_to_planes(moved, target[index], normals[index]) @ T
+# the library's icp: source, target, radius in metres (10: every pair counts), normals or None; it stops where a step moves less than the tolerance
 library = registration.icp(source, target, 10.0, normals, steps=40, tolerance=0)
 assert np.allclose(library.T_target_source, T, atol=1e-6)
 
@@ -243,27 +277,31 @@ picture(fig, alt=f"To points the error falls slowly to {error[-1]:.2f} mm in 40 
                  f"and is within a tenth of that after {int(np.argmax(np.array(planes) < 1.1 * planes[-1]))} steps.")
 
 # %% [markdown]
-# A step costs about the same. So why would anybody still use points? Look at where each may start. First, commit yourself:
+# A step costs about the same. Does the better end cost you starts? We begin from many turns and shifts, and give each time enough: a step that is cut off
+# early looks like a bad start. First, commit yourself:
 
 # %% tags=["prediction"]
 guess = None  # degrees
 
 angles, offsets = np.arange(0, 181, 30), np.array([0, 0.05, 0.1, 0.2])
-few = surface[::4]
+few = surface[::5]
 maps = {}
-for name, given in [("to points", None), ("to planes", normals)]:
+for name, given, steps in [("to points", None, 200), ("to planes", normals, 50)]:
     maps[name] = np.array([[1000 * np.linalg.norm(transforms.apply(registration.icp(
-        few, target, 10.0, given, start_at(angle, offset), steps=50, tolerance=2e-5).T_target_source, few) - few, axis=1).mean()
+        few, target, 10.0, given, start_at(angle, offset), steps=steps, tolerance=1e-5).T_target_source, few) - few, axis=1).mean()
         for angle in angles] for offset in offsets])
 survived = {name: int(angles[errors[0] < 2].max()) for name, errors in maps.items()}
 predict("The animal is turned about the vertical and not shifted. From how many degrees does ICP to planes still find home? (Steps of 30)",
         guess, survived["to planes"], "degrees",
-        why="An animal has few symmetries, and the whole of it is seen. Parts of a scene are less kind.")
+        why="At a right angle more than half of the first pairs still pull the right way, as the whole animal is seen. Parts of a scene are less kind.")
 
 # %%
 fig, axes = plt.subplots(1, 2, figsize=(9, 3.3), sharey=True, layout="constrained")
 for axis, (name, errors) in zip(axes, maps.items(), strict=True):
     drawn = axis.imshow(np.log10(np.maximum(errors, 0.05)), origin="lower", cmap="cividis", vmin=-1, vmax=2, aspect="auto")
+    for (row, column), mm in np.ndenumerate(errors):
+        axis.text(column, row, f"{mm:.1f}" if mm < 9.95 else f"{mm:.0f}", ha="center", va="center", fontsize=8,
+                  color="black" if mm > 9 else "white")
     axis.set(xticks=range(len(angles)), xticklabels=angles, yticks=range(len(offsets)),
              yticklabels=(1000 * offsets).astype(int), xlabel="turned by (degrees)", title=name)
 axes[0].set_ylabel("shifted by (mm)")
@@ -276,7 +314,11 @@ picture(fig, alt="Final error over the start's turn and shift. " + " ".join(
 
 # %% [markdown]
 # The dark part is the **basin of convergence**: the starts from which ICP comes home. Outside, it stops too, in a local minimum, and says
-# nothing. Inside, planes end several times nearer than points.
+# nothing. Inside, planes end several times nearer than points. Why does a larger shift rescue some turns? From farther off the first step moves the
+# whole cloud and meets other pairs. That is luck: a basin is no neat ellipse.
+#
+# So what are points still for? Where normals are bad, and where planes leave a motion free. That you can see beforehand. With the rows stacked to a matrix A, the step
+# solves $A^T A\,x = A^T b$. A direction x with $A^T A\,x \approx 0$ changes no distance: the pairs do not decide it. "Break it" has one.
 #
 # ## 4 Numbers that mislead
 #
@@ -322,8 +364,9 @@ report_table([[name, *(float(x) for x in clicked(marks))] for name, marks in [("
 # %% [markdown]
 # The residual is the same and says nothing about the feet. Choose marks all around what you care about; and to *judge* a fit, choose others.
 #
-# Real scans also hold points with no partner at all. Three defences: reject pairs beyond a radius; **trim**, that is, keep the nearest share;
-# or weigh each pair by its residual with a **robust kernel**. Huber's weights fall as 1/residual, Tukey's reach zero.
+# Real scans also hold points with no partner at all: strays, and what the other scan did not see. Three defences: reject pairs beyond a radius; **trim**, that is,
+# keep the nearest share; or weigh each pair by its residual with a **robust kernel**. Huber's weights fall as 1/residual, Tukey's reach zero. Both need a
+# scale, a typical residual; the library takes a robust one in every step. Below, the target has lost its feet.
 
 # %%
 def tukey(residual, scale):
@@ -334,19 +377,20 @@ def tukey(residual, scale):
 
 assert tukey(np.array([0, 1, 100]), 1.0)[[0, 2]].tolist() == [1, 0]
 
-seen = source[surface[:, 2] > np.quantile(surface[:, 2], 0.3)]  # the scan lacks the feet
+half_seen = target[target[:, 2] > np.quantile(target[:, 2], 0.2)]  # the source's feet have no partner
+half_normals = normals_of(half_seen)
 strays = rng.uniform(source.min(0) - 0.02, source.max(0) + 0.02, (300, 3))
-dirty = np.vstack([seen, strays])
+dirty = np.vstack([source, strays])
 near_start = start_at(-30, -0.03)
-rows = []
+rows = [["before", off_mm(near_start), off_mm(near_start)]]
 for name, how in [("every pair", {}), ("radius 5 mm at the end", {"radius": [10.0, 0.005]}), ("trimmed: nearest 70 %", {"keep": 0.7}),
                   ("Huber", {"kernel": "huber"}), ("Tukey", {"kernel": "tukey"})]:
     cells = [name]
-    for given in (None, normals):
-        result = registration.icp(dirty, target, **({"radius": 10.0} | how), normals=given, initial=near_start, steps=80)
+    for given in (None, half_normals):
+        result = registration.icp(dirty, half_seen, **({"radius": 10.0} | how), normals=given, initial=near_start, steps=80)
         cells.append(off_mm(result.T_target_source))
     rows.append(cells)
-report_table(rows, columns=["300 strays", "to points (mm)", "to planes (mm)"], digits=2)
+report_table(rows, columns=["300 strays, no feet", "to points (mm)", "to planes (mm)"], digits=2)
 
 # %% [markdown]
 # ## 5 Coarse to fine
@@ -389,6 +433,9 @@ report_table(rows, columns=["radius", "distances to", "surface at 1.5 m off by (
 show.error_budget({"registration": (registered_mm, registered_mm)})
 
 # %% [markdown]
+# Read the fitness beside the error. The small radius to planes has the higher fitness of its pair and ends worse than "not moved"; the large ones have a fitness of 1 and
+# stay off. Only shrinking ends below a centimetre.
+#
 # ## Report against reality
 #
 # The report says of point-to-plane that "the corresponding point size is higher", and that this shows that it is more efficient. We run both from the same
@@ -400,10 +447,11 @@ for name, given in [("to points", None), ("to planes", normals)]:
     for radius in (0.1, 0.004):
         result = registration.icp(source, target, [0.1, radius], given, steps=60, tolerance=1e-6)
         rows.append([name, 1000 * radius, round(result.fitness * len(source)), len(result.steps), off_mm(result.T_target_source)])
-report_table(rows, columns=["method", "radius (mm)", "pairs at the end", "steps", "error (mm)"], digits=2)
+report_table(rows, columns=["method", "last radius (mm)", "pairs at the end", "steps, both radii", "error (mm)"], digits=2)
 
 # %% [markdown]
-# The number of pairs is a matter of the radius, and hardly of the method. Planes are better, but count steps and error to see it.
+# The number of pairs is a matter of the radius, and hardly of the method: 4 mm is under two spacings, and the same share of pairs goes for both. Planes are
+# better, but count steps and error to see it.
 #
 # | The document says | What we found | Evidence |
 # |---|---|---|
@@ -411,7 +459,7 @@ report_table(rows, columns=["method", "radius (mm)", "pairs at the end", "steps"
 # | Report 9.1: for clouds "already roughly aligned" | holds; the map says how roughly | section 3 |
 # | Report 9.1: sensitive to outliers | holds; a radius, trimming or a kernel helps | section 4 |
 # | Report 9.2: faster and more accurate | holds on curved surfaces; on one plane it slides | section 3; Break it |
-# | Report 9.2: effective for partial overlap | the metric alone does not do it, rejecting pairs does | section 4 |
+# | Report 9.2: effective for partial overlap | the metric alone does not do it, rejecting pairs does | last table of section 4; section 5 |
 # | Report 9: more correspondences, more efficient | does not hold | experiment above; section 4 |
 # | Lecture: $\arg\min \sum \lVert D - \xi M \rVert$ | the SVD minimises the *squared* norms, over pairs, not over all i and j | section 1 |
 # | Lecture: formula and algorithm 1 | map in opposite directions | section 2 |
@@ -442,17 +490,21 @@ predict("By how much is ICP to planes wrong along the corridor?", guess, slid, "
         why="No plane faces along x, so nothing says how far the robot drove. It stays where it began.")
 
 # %%
+true_distance = cKDTree(before).query(ahead)[0]
 report("fitness", result.fitness)
 report("RMSE", 1000 * result.rmse, "mm", 2)
+report("RMSE at the true pose", 1000 * np.sqrt(np.mean(true_distance**2)), "mm", 2)
 H = np.hstack([np.cross(before - before.mean(0), walls), walls])
-H[:, :3] /= np.linalg.norm(before - before.mean(0), axis=1).mean()
-decided = np.linalg.eigvalsh(H.T @ H / len(H))
-report("how well the worst direction is decided (1/6 would be even)", decided[0], smallest=1e-6)
+H[:, :3] /= np.linalg.norm(before - before.mean(0), axis=1).mean()  # turns in metres, too: all six can be compared
+decided, ways = np.linalg.eigh(H.T @ H / len(H))
+report("how well the six directions are decided: the worst", decided[0], smallest=1e-6)
+report("and the best", decided[-1])
+report("share of the worst that is a shift along x", np.abs(ways[3, 0]), digits=2)
 
 # %% [markdown]
-# A fitness near one, an RMSE of about the spacing of the points, and half a metre of error. What exposes it is the smallest eigenvalue of the 6x6 matrix of the least squares: here it is
-# zero, and its eigenvector says *which* motion is free. A professional looks at it before trusting a result, keeps the free direction from
-# odometry, or adds something that sees it: colour, a door frame, wheel ticks.
+# A fitness near one, an RMSE that is hardly worse than at the true pose (the points are 0.1 m apart), and half a metre of error. What exposes it is the
+# smallest eigenvalue of AᵀA from section 3: here it is zero, and its eigenvector says *which* motion is free. A professional looks at it before
+# trusting a result, keeps the free direction from odometry, or adds something that sees it: colour, a door frame, wheel ticks.
 
 # %% [markdown]
 # ## On real data
@@ -469,7 +521,8 @@ came_back = {name: points[np.linalg.norm(points, axis=1) > 0] for name, points i
 report("rows of the source that are 0 0 0", len(raw["source"]) - len(came_back["source"]))
 outdoor, street = (thinned(came_back[name], 0.2) for name in ("source", "target"))
 street_normals = normals_of(street, 20)
-rows = []
+before = transforms.pose_error(np.eye(4), T_reference)
+rows = [["not moved", "", 100 * before.metres, before.degrees]]
 for name, radius in [("2 m", 2.0), ("0.5 m", 0.5), ("0.25 m", 0.25), ("2, 1, 0.5, 0.25 m", [2, 1, 0.5, 0.25])]:
     for how, given in [("points", None), ("planes", street_normals)]:
         T = registration.icp(outdoor, street, radius, given, steps=30, tolerance=1e-5).T_target_source
@@ -477,6 +530,8 @@ for name, radius in [("2 m", 2.0), ("0.5 m", 0.5), ("0.25 m", 0.25), ("2, 1, 0.5
         rows.append([name, how, 100 * off.metres, off.degrees])
 report_table(rows, columns=["radius", "distances to", "off by (cm)", "off by (degrees)"])
 
+# %% tags=["real-data"]
+# real data: lidar_pair
 starts = [transforms.random(rng, 5, 0.5) for _ in range(20)]
 ends = [transforms.pose_error(registration.icp(outdoor, street, [2, 1, 0.5, 0.25], street_normals, start, steps=15,
                                                tolerance=1e-4).T_target_source, T_reference) for start in starts]
@@ -491,17 +546,27 @@ for name, pose in [("the reference", T_reference), ("our result", T)]:
 # %% tags=["real-data"]
 # real data: lidar_pair
 def corner_of(points):
-    """The points about one corner of a building, where both scans see two walls."""
-    return points[(points[:, 0] < -3) & (points[:, 1] < -18)]
+    """The points of two pieces of wall and a corner, 3 m and more above the sensor: some 20 m away, so that a small turn shows."""
+    x, y, z = points.T
+    return points[(x > 13) & (x < 20) & (y > -19) & (y < -12) & (z > 3)]
 
 
-show.panels({"as scanned": [(corner_of(outdoor), "source"), (corner_of(street), "target")],
-             "registered": [(corner_of(transforms.apply(T, outdoor)), "source"), (corner_of(street), "target")]},
-            view="top", frame="world",
-            alt="The corner of a building from above, twice. As scanned, its walls are double lines; registered, single.")
+offered, wall = came_back["source"], corner_of(came_back["target"])
+fig, axes = plt.subplots(1, 2, figsize=(9, 4), sharex=True, sharey=True, layout="constrained")
+for axis, (name, pose) in zip(axes, {"as scanned": np.eye(4), "registered": T}.items(), strict=True):
+    for points, what in ((corner_of(transforms.apply(pose, offered)), "source"), (wall, "target")):
+        axis.plot(points[:, 0], points[:, 1], ".", ms=2, color=show.COLOURS[what], label=what)
+    axis.set(title=name, aspect="equal", xlabel="x (m)")
+axes[0].set_ylabel("y (m)")
+axes[0].legend(markerscale=4)
+apart_cm = 100 * np.median(cKDTree(wall).query(corner_of(offered))[0])
+left_cm = 100 * np.median(cKDTree(wall).query(corner_of(transforms.apply(T, offered)))[0])
+picture(fig, alt=f"Two walls and a corner from above, twice. As scanned, each is a double line, {apart_cm:.0f} cm apart; registered, single, "
+                 f"{left_cm:.0f} cm apart.")
 
 # %% [markdown]
-# A fixed radius is luck: too large drags, too small never gets off, and nothing tells you beforehand which one fits. Shrinking needs no luck.
+# A fixed radius is luck: too large drags, and too small never gets off, at least to points. To planes half a metre and less happened to do; you could not have
+# known. Shrinking needed no such knowledge.
 # And do not read the table to the millimetre: the residual is no smaller at the reference than a centimetre beside it, so this pair cannot tell. Last, two raw scans of the Stanford bunny against `bun.conf`. Its quaternions rotate the other way than the usual reading, so the matrix must be
 # transposed; `data` has done so. It is itself another registration: a reference, not truth.
 
@@ -524,7 +589,7 @@ report("and turned by", transforms.pose_error(result.T_target_source, T_0_45).de
 # ## Key points
 #
 # - Known pairs: centre, SVD, guard, and t from the rotated mean. Unknown: closest points, again and again.
-# - Distances to planes need fewer steps and end nearer; they slide where no plane faces.
+# - Distances to planes need fewer steps and end nearer on curved surfaces; they slide where no plane faces.
 # - Residual, fitness and pair counts are not the error. Check with what ICP did not use.
 # - Shrink the radius, from as far as you may be off to a few spacings.
 # - ICP is local. Know your basin, or find a start by features.
@@ -537,7 +602,7 @@ report("and turned by", transforms.pose_error(result.T_target_source, T_0_45).de
 # ## Your own camera
 #
 # Take two frames a hand's breadth apart: `frames = data.from_folder("path/to/my_recording", camera="camera.json").frames`, and in section 5
-# use `frames[0]` and `frames[5]`. There is no truth; start from two places and see whether both end in the same pose.
+# use `frames[0]` and `frames[5]` (in the course's own folder; a lab's copy leaves `icp` to you). There is no truth; start from two places and see whether both end in the same pose.
 #
 # ## To the lab
 #
@@ -546,7 +611,7 @@ report("and turned by", transforms.pose_error(result.T_target_source, T_0_45).de
 #
 # ## Going further
 #
-# - Where no start is known: FPFH features (lesson 04) with RANSAC or FGR give one, and ICP refines it. The first cell below turns the room's second frame by 120 degrees.
+# - Where no start is known: FPFH features (lesson 04) with RANSAC or FGR (fast global registration) give one, and ICP refines it. The first cell below turns the room's second frame by 120 degrees.
 # - Generalized ICP (Segal, Haehnel and Thrun 2009) gives both surfaces a plane. Coloured ICP (Park, Zhou and Koltun 2017) adds brightness, which
 #   decides where no plane does: the third cell slides a poster along its wall.
 # - Rusinkiewicz and Levoy (2001) sort the variants of ICP by stage. The last cell fills their table in by measurement.
