@@ -130,7 +130,7 @@ def _stepped(source: np.ndarray, target: np.ndarray, T: np.ndarray, radius: floa
 
 @lru_cache(maxsize=4)
 def _scans(load: Callable[[str], Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Two raw scans of the bunny, (N, 3) and (M, 3) in metres, and the reference that maps the first onto the second."""
+    """Two raw scans of the bunny, (N, 3) and (M, 3) in metres, and the reference that maps the first to the second."""
     bunny = load("stanford_bunny")
     poses = bunny.reference["scan_poses"]
     source, target = (bunny.clouds[name].points.astype(np.float64) for name in ("bun045", "bun000"))

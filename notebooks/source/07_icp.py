@@ -231,7 +231,7 @@ for axis, name in zip(axes, ("to points", "to planes"), strict=True):
             axis.plot([to_x - tangent[0], to_x + tangent[0]], [to_y - tangent[1], to_y + tangent[1]], color=show.COLOURS["target"], lw=2)
             to_x, to_y = x + step[0], y + step[1]
         axis.annotate("", (to_x, to_y), (x, y), arrowprops={"arrowstyle": "->", "color": show.COLOURS["outlier"]})
-    axis.set(title=f"{name}: what is made small", aspect="equal", xticks=[], yticks=[])
+    axis.set(title=f"{name}: what is made small", aspect="equal", xlim=(-1, 1), ylim=(-0.2, 0.6), xticks=[], yticks=[])
 axes[0].legend(loc="lower center", ncols=2)
 picture(fig, alt=f"A curved line of {len(there_x)} target points and {len(here_x)} source points above it, twice. To points, arrows run slantwise to the nearest "
                  "point. To planes, each arrow runs straight across to the short tangent through its partner.")
@@ -314,7 +314,7 @@ picture(fig, alt="Final error over the start's turn and shift. " + " ".join(
 
 # %% [markdown]
 # The dark part is the **basin of convergence**: the starts from which ICP comes home. Outside, it stops too, in a local minimum, and says
-# nothing. Inside, planes end several times nearer than points. Why does a larger shift rescue some turns? From farther off the first step moves the
+# nothing. Inside, planes end several times nearer than points. Why does a shift rescue one of the turns? From farther off the first step moves the
 # whole cloud and meets other pairs. That is luck: a basin is no neat ellipse.
 #
 # So what are points still for? Where normals are bad, and where planes leave a motion free. That you can see beforehand. With the rows stacked to a matrix A, the step

@@ -13,7 +13,6 @@ from course_lib import notebook, tasks
 from course_lib.classroom.grading.feedback import feedback_page
 from course_lib.classroom.grading.pages import clean
 
-
 PATIENT = {"cell_seconds": 60.0, "task_seconds": 60.0}  # what is asked here is not how fast this machine is
 
 
