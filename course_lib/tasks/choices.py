@@ -90,8 +90,8 @@ def judge_band(
 
     Returns
     -------
-    A verdict that passes with half the score; the message names the band reached and the next one. Its error is what
-    is missing to the hardest band, its tolerance the width of that band's step to the next.
+    A verdict that passes with half the score; the message says the value, the band reached and the next one. Its error
+    is what is missing to the hardest band, its tolerance the width of that band's step to the next.
     """
     sign = 1.0 if better == "smaller" else -1.0
     hardest = bands[0][0]
@@ -101,9 +101,8 @@ def judge_band(
     reached = next((index for index, (limit, _) in enumerate(bands) if sign * value <= sign * limit), len(bands))
     score = bands[reached][1] if reached < len(bands) else 0.0
     bound = "under" if better == "smaller" else "over"
-    message = f"{up(what)} reaches no band yet"
-    if score:
-        message = f"{is_(what)} {bound} {quantity(bands[reached][0], unit)}"
+    where = f"{bound} {quantity(bands[reached][0], unit)}" if score else "in no band yet"
+    message = f"{is_(what)} {quantity(float(value), unit)}, {where}"
     if reached > 0:
         message += f"; the next band begins {bound} {quantity(bands[reached - 1][0], unit)}"
     missing = max(0.0, sign * (float(value) - hardest))

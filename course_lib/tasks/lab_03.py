@@ -186,8 +186,7 @@ def _judge_focal(case: Case, answer: Plain) -> Verdict:
         message = f"The focal length is {describe(value)}: expected a positive number of pixels."
         return refuse(message, _FOCAL_BANDS[0][0], "m")
     off = abs(case.truth / value - 1.0)
-    verdict = judge_band(off, _FOCAL_BANDS, "m", what=what)
-    return replace(verdict, message=verdict.message.replace("reaches no band", f"is {1000 * off:.0f} mm, in no band"))
+    return judge_band(off, _FOCAL_BANDS, "m", what=what)
 
 
 def _guess_focal(rng: np.random.Generator):

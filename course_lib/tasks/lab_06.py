@@ -207,8 +207,7 @@ def _judge_find(case: Case, answer: Plain) -> Verdict:
         return refuse(problem, _FIND_BANDS[0][0], "m")
     off = _apart(answer, case.truth, case.hidden["around"])
     verdict = judge_band(off, _FIND_BANDS, "m", what="the error at the plane's rim")
-    message = verdict.message.replace("reaches no band", f"is {1000 * off:.0f} mm, in no band")
-    return replace(verdict, message=f"{message} {_why_off(case, answer, verdict.score)}".rstrip())
+    return replace(verdict, message=f"{verdict.message} {_why_off(case, answer, verdict.score)}".rstrip())
 
 
 def _why_off(case: Case, answer: Plain, score: float) -> str:

@@ -235,10 +235,10 @@ def test_words_refuses_what_is_no_text() -> None:
 @pytest.mark.parametrize(
     ("value", "score", "words"),
     [
-        (5e-4, 1.0, "The error is under 1 mm."),
-        (2e-3, 0.7, "under 3 mm; the next band begins under 1 mm"),
+        (5e-4, 1.0, "The error is 0.5 mm, under 1 mm."),
+        (2e-3, 0.7, "The error is 2 mm, under 3 mm; the next band begins under 1 mm"),
         (5e-3, 0.3, "under 10 mm; the next band begins under 3 mm"),
-        (1.0, 0.0, "reaches no band yet; the next band begins under 10 mm"),
+        (1.0, 0.0, "The error is 1 m, in no band yet; the next band begins under 10 mm"),
         (math.nan, 0.0, "not finite"),
     ],
 )
