@@ -101,6 +101,7 @@ class Neighbours:
     Parameters
     ----------
     points : (N, 3) float, metres (or any one unit), finite, N ≥ 1.
+    asked_often : take longer to build and less to answer; for more than a few questions a point.
 
     Raises
     ------
@@ -121,11 +122,12 @@ class Neighbours:
     [[3]]
     """
 
-    def __init__(self, points: ArrayLike) -> None:
+    def __init__(self, points: ArrayLike, asked_often: bool = False) -> None:
         array = finite_points(points)
         self.order = _morton_order(array)
         self.sorted = array[self.order]
-        self._tree = cKDTree(self.sorted, balanced_tree=False, compact_nodes=False)
+        self.columns = tuple(np.ascontiguousarray(self.sorted[:, axis]) for axis in range(3))
+        self._tree = cKDTree(self.sorted, balanced_tree=asked_often, compact_nodes=asked_often)
         self._names = np.append(self.order, len(array))  # the tree says len(points) for "none"; so do we
 
     def __len__(self) -> int:

@@ -91,24 +91,22 @@ def fit_rigid(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = 
     p, q, w = _pairs(source, target, weights)
     if len(p) < 3:
         raise ValueError(f"source: a rigid motion needs 3 pairs of points, there are {len(p)}.")
-    T = _fit_rigid(p, q, w)
+    start_p, start_q = np.eye(4), np.eye(4)
+    start_p[:3, 3], start_q[:3, 3] = -p[0], q[0]  # about one of the points, so that sums of products keep their digits
+    T = _fit_rigid(p - p[0], q - q[0], w)
     if T is None:
         raise ValueError("source: the points lie on a line (or are all equal), and any turn about it fits as well.")
-    return T
+    return transforms.compose(start_q, T, start_p)
 
 
 def _fit_rigid(
     p: NDArray[np.float64], q: NDArray[np.float64], w: NDArray[np.float64] | None
 ) -> NDArray[np.float64] | None:
-    """The motion from p to q; None where the pairs leave a turn open."""
-    # about one of the points, so that sums of products keep their digits
-    start_p, start_q = p[0].copy(), q[0].copy()
-    p, q = p - start_p, q - start_q
-    w = np.ones(len(p)) if w is None else w
-    total, weighted = w.sum(), q.T * w
-    mean_p, mean_q = w @ p / total, weighted.sum(axis=1) / total
-    cross = weighted @ p - total * np.outer(mean_q, mean_p)
-    mean_p, mean_q = mean_p + start_p, mean_q + start_q
+    """The motion from p to q, both about some point near them; None where the pairs leave a turn open."""
+    each = np.ones(len(p)) if w is None else w
+    total = each.sum()
+    mean_p, mean_q = each @ p / total, each @ q / total
+    cross = q.T @ (p if w is None else p * w[:, None]) - total * np.outer(mean_q, mean_p)
     U, s, Vt = np.linalg.svd(cross)
     if s[1] <= RANK * s[0] or s[0] == 0:
         return None
@@ -265,7 +263,7 @@ def _step(
     found = np.flatnonzero(distance <= radius)
     if keep < 1 and len(found):
         found = found[np.argsort(distance[found], kind="stable")[: max(1, round(keep * len(found)))]]
-    least = 3 if partners.normals is None else 6
+    least = 6 if partners.to_planes else 3
     if len(found) < least:
         raise ValueError(
             f"radius: {len(found)} source points have a target point within {radius:g} m, and a step needs {least}; "
@@ -273,12 +271,13 @@ def _step(
         )
     which = found if len(found) < len(distance) else slice(None)
     p, q, distance = partners.moved[which], partners.points[which], distance[which]
-    if partners.normals is None:
+    normals = partners.normals
+    if normals is None:
         step = _fit_rigid(p, q, robust_weights(distance, kernel))
         if step is None:
             raise ValueError("source: its paired points lie on a line, and any turn about it fits as well.")
     else:
-        n = partners.normals[which]
+        n = normals[which]
         weights = robust_weights(np.abs(np.einsum("ij,ij->i", q - p, n)), kernel) if kernel != "none" else None
         step = _fit_planes(p, q, n, weights)
     angle = float(np.arccos(np.clip((np.trace(step[:3, :3]) - 1) / 2, -1, 1)))
