@@ -34,17 +34,20 @@ CUT_MISTAKES = (
     ),
     Misconception(
         "first wrong point",
-        "the first bin that holds any wrong point: there it is still lost among true ones, and cutting costs more than it gains",
+        "the first bin that holds any wrong point: there it is still lost among true ones, and cutting costs more "
+        "than it gains",
         _wrong_cut("edges[np.argmax(bad > 0)]"),
     ),
     Misconception(
         "most wrong points",
-        "the bin with the most wrong points, the top of their hill: cutting pays from where they outnumber the true ones",
+        "the bin with the most wrong points, the top of their hill: cutting pays from where they outnumber the true "
+        "ones",
         _wrong_cut("edges[np.argmax(bad)]"),
     ),
     Misconception(
         "after the last true point",
-        "the end of the last bin in which true points lead: a few far ones of them are not worth all the wrong ones before",
+        "the end of the last bin in which true points lead: a few far ones of them are not worth all the wrong ones "
+        "before",
         _wrong_cut("edges[np.flatnonzero(good > bad)[-1] + 1]"),
     ),
     Misconception(
@@ -77,15 +80,15 @@ def _by_tree(last: str, count: str) -> str:
 DISTANCE_MISTAKES = (
     Misconception(
         "the point itself counted",
-        "a mean that holds the distance 0 of the point to itself: ask for k + 1 and leave the first out (a tree that is "
-        "asked for one point gives the point itself)",
+        "a mean that holds the distance 0 of the point to itself: ask for k + 1 and leave the first out (a tree "
+        "that is asked for one point gives the point itself)",
         _wrong_distances("near.mean(axis=1)", "np.sort(d, axis=1)[:, :k]"),
         variants=(_by_tree("distance.mean(axis=1)", "k"),),
     ),
     Misconception(
         "one neighbour too few",
-        "k - 1 neighbours, as the point itself took one of the k places (at k = 1 none is left: NaN or an error): ask for "
-        "k + 1",
+        "k - 1 neighbours, as the point itself took one of the k places (at k = 1 none is left: NaN or an error): "
+        "ask for k + 1",
         _wrong_distances("near.mean(axis=1)", "np.sort(d, axis=1)[:, 1:k]"),
         variants=(_by_tree("distance[:, 1:].mean(axis=1)", "k"),),
     ),
@@ -265,28 +268,29 @@ def _statistics_after(ratio: float) -> str:
 CLEAN_MISTAKES = (
     Misconception(
         "the report's settings",
-        "a statistical filter with a ratio as large as 2: it finds strays, never a dense reflection and hardly a flying "
-        "pixel; use islands",
+        "a statistical filter with a ratio as large as 2: it finds strays, never a dense reflection and hardly a "
+        "flying pixel; use islands",
         _statistics(20, 2.0),
         variants=(_statistics(8, 2.0),),
     ),
     Misconception(
         "distances or counts alone",
-        "a filter of distances or of counts alone: it finds noise and some flying pixels, but the reflection is as dense as "
-        "a true surface; use islands",
+        "a filter of distances or of counts alone: it finds noise and some flying pixels, but the reflection is as "
+        "dense as a true surface; use islands",
         _statistics(8, 0.25),
         variants=(_radius(0.015, 4),),
     ),
     Misconception(
         "a count that asks for many",
-        "a radius filter that asks for many neighbours: rod and cable have few by their nature, and go first; use islands",
+        "a radius filter that asks for many neighbours: rod and cable have few by their nature, and go first; use "
+        "islands",
         _radius(0.02, 8),
         variants=(_radius(0.04, 16),),
     ),
     Misconception(
         "true islands thrown away",
-        "islands of true points thrown away, too, the tray for one: use a least size between the mirrored patch and the "
-        "smallest true thing",
+        "islands of true points thrown away, too, the tray for one: use a least size between the mirrored patch and "
+        "the smallest true thing",
         _clean(_CLUSTERS + "    return size >= 500\n"),
         variants=(_clean(_CLUSTERS + "    return label == np.bincount(label).argmax()\n"),),
     ),
@@ -298,8 +302,8 @@ CLEAN_MISTAKES = (
     ),
     Misconception(
         "statistics after the strays",
-        "statistics taken after the strays were gone: the threshold shrank with them and cuts into what is true; take a "
-        "multiple of the median, or measure the whole cloud",
+        "statistics taken after the strays were gone: the threshold shrank with them and cuts into what is true; "
+        "take a multiple of the median, or measure the whole cloud",
         _statistics_after(0.5),
         variants=(_statistics_after(1.0),),
     ),

@@ -242,8 +242,9 @@ fig, axes = plt.subplots(2, 3, figsize=(9.5, 5.2), sharex=True, sharey=True, lay
 for axis, (name, mask) in zip(axes.ravel(), {"all points": np.ones(len(desk), bool), **kept}.items(), strict=True):
     side(axis, desk[mask], show.COLOURS["reference" if name == "all points" else "inlier"])
     axis.set(title=name)
-for axis, label in ((axes[0, 0], "z (m)"), (axes[1, 0], "z (m)"), *((axis, "") for axis in axes[0])):
-    axis.set(**({"ylabel": label} if label else {"xlabel": label}))
+    axis.label_outer()
+for axis in axes[:, 0]:
+    axis.set_ylabel("z (m)")
 picture(fig, alt="The desk from the side with all its points, and what five mistakes keep of it. " + " ".join(
     f"{letter}: {mask.sum()} of {len(desk)} points." for letter, mask in kept.items()))
 

@@ -14,11 +14,13 @@ from scipy.spatial import cKDTree
 from course_lib import clusters, metrics, outliers, pointcloud, tasks, transforms
 from course_lib.notebook import data
 from course_lib.tasks.desk_05 import FLYING, THIN, small_desk
+from course_lib.tasks.judging import load_source
 from course_lib.tasks.mistakes_05 import CAUSE_OF, CAUSES
 
 ROOT = Path(__file__).parents[2]
 LESSON = ROOT / "notebooks" / "source" / "05_outliers.py"
 LAB = ROOT / "solutions" / "source" / "05_outliers.py"
+LAB_TASKS = {task.number: task for task in tasks.lab("05")}
 TUNED = (0.025, 500, 3.5)  # what the lesson's cell finds on desks 0 to 2
 
 
@@ -221,3 +223,67 @@ def test_a_filter_that_loses_rod_and_cable_gets_no_more_than_the_lowest_band():
     perfect = case.truth.copy()
     assert task.judge(case, perfect).score == 1.0
     assert task.judge(case, perfect & (case.hidden["kinds"] != THIN)).score <= 0.25
+
+
+def said(task, source: str) -> str:
+    """What a check of learner code says, on the public cases."""
+    cases = task.public(data.load)
+    result = tasks.judge_all(task, cases, tasks.run_all(load_source(source, task.function), cases))
+    assert not result.passed
+    return result.line
+
+
+def test_a_tree_that_is_asked_for_k_points_is_told_to_ask_for_one_more():
+    if not data.available("stanford_bunny"):
+        pytest.skip("the real data stanford_bunny are not on this machine")
+    head = "from scipy.spatial import cKDTree\ndef mean_distances(points, k):\n"
+    for last in ("distance.mean(axis=1)", "distance[:, 1:].mean(axis=1)"):
+        line = said(LAB_TASKS[2], f"{head}    distance = cKDTree(points).query(points, k)[0]\n    return {last}\n")
+        assert "ask for k + 1" in line
+
+
+def test_a_point_at_exactly_the_radius_counts():
+    source = (
+        "def keep_by_radius(points, radius, least):\n"
+        "    d = np.linalg.norm(points[:, None] - points[None], axis=-1)\n"
+        "    return (d {} radius).sum(axis=1) - 1 >= least\n"
+    )
+    case = LAB_TASKS[3].public()[0]
+    d = np.linalg.norm(case.given["points"][:, None] - case.given["points"][None], axis=-1)
+    assert np.sum(d == case.given["radius"]) > 20
+    assert "within means that they count" in said(LAB_TASKS[3], source.format("<"))
+
+
+def test_the_card_of_a_cleaned_desk_names_what_was_left_in_and_what_was_lost():
+    task = LAB_TASKS[5]
+    case = tasks.fresh(task, 3)[0]
+    kinds = case.hidden["kinds"]
+    message = task.judge(case, (kinds != 3) & (kinds != THIN)).message
+    assert "0 % of flying pixels, 100 % of the reflection" in message
+    assert "100 % of rod and cable" in message and "keep 95 %" in message
+    nearly = task.judge(case, kinds < FLYING).message
+    assert nearly.startswith("F1 is 100 % (3.0 points over 97).")
+
+
+def test_a_desk_cleaned_almost_like_a_known_mistake_is_told_its_name():
+    """Settings that differ from the registered ones, and so other masks with the same shares by kind."""
+    task = LAB_TASKS[5]
+    cases = tasks.fresh(task, 3)
+
+    def named(clean) -> set[str]:
+        outcomes = tasks.run_all(clean, cases)
+        return {m.name for m in tasks.judge_all(task, cases, outcomes).recognised}
+
+    def size(points):
+        label = clusters.euclidean_clusters(points, 0.0138)
+        return np.bincount(label)[label]
+
+    def after(points):
+        keep = size(points) >= 220
+        keep[keep] = outliers.keep_by_statistics(points[keep], 9, 0.5)
+        return keep
+
+    assert named(lambda points: size(points) >= 90) == {"least size too small"}
+    assert named(lambda points: size(points) >= 600) == {"true islands thrown away"}
+    assert named(after) == {"statistics after the strays"}
+    assert named(lambda points: outliers.keep_by_statistics(points, 18, 2.1)) == {"the report's settings"}
