@@ -226,7 +226,8 @@ def _clean_distance(case: Case, a: Plain, b: Plain) -> float:
         return np.inf
     shares = [_removed(np.asarray(mask), case.hidden["kinds"]) for mask in (a, b)]
     allowed = _ALIKE.copy()
-    allowed[0] = max(allowed[0], 0.4 * max(shares[0][0], shares[1][0]))  # of those that cut into surfaces, some cut deeper
+    # of those that cut into surfaces, some cut deeper
+    allowed[0] = max(allowed[0], 0.4 * max(shares[0][0], shares[1][0]))
     return float(np.max(np.abs(shares[0] - shares[1]) / allowed))
 
 
