@@ -248,7 +248,8 @@ predict("With twice the radius, a point of a surface has about four times as man
 
 # %%
 report("on surfaces, twice the radius means more neighbours by", growth[SURFACE], "times", digits=2)
-report_table([line(f"{1000 * r:g} mm, at least {least}", count_within(points, r) >= least)
+counts = {0.01: count_within(points, 0.01), 0.02: count, 0.04: double}
+report_table([line(f"{1000 * r:g} mm, at least {least}", counts[r] >= least)
               for r, least in ((0.01, 4), (0.02, 8), (0.02, 16), (0.02, 24), (0.02, 32), (0.04, 16))], columns=columns)
 report("median neighbours within 20 mm on surfaces", int(np.median(count[kinds == SURFACE])))
 report("on rod and cable", int(np.median(count[kinds == THIN])))
