@@ -134,6 +134,10 @@ def _not_started(task: tasks.Task) -> Card:
     return Card("not started", task.label, f"not started yet · {_points(task.points)}", (line,))
 
 
+_COUNTED = ("%", "wrong", "points")
+"""Units of verdicts on things that are counted: of these, right is right."""
+
+
 def _passed(result: Result, outcomes: list[Outcome]) -> Card:
     task, count = result.task, len(result.verdicts)
     said = _said(outcomes)
@@ -146,7 +150,7 @@ def _passed(result: Result, outcomes: list[Outcome]) -> Card:
         return Card("passed", task.label, state, (f"{result.error} This is the median of {count} scenes.",), said)
     cases = {1: "", 2: " in both cases"}.get(count, f" in all {count} cases")
     worst = max(verdict.ratio for verdict in result.verdicts)
-    counted = result.verdict.unit in ("%", "wrong")  # of these, right is right
+    counted = result.verdict.unit in _COUNTED
     words = f"Right{cases}." if counted else f"Right{cases}, {band(worst)}."
     return Card("passed", task.label, f"passed · {_points(task.points)}", (words,), said)
 
@@ -168,7 +172,7 @@ def _failed(result: Result, outcomes: list[Outcome], failures: int) -> Card:
     said = list(_said(outcomes))
     if failures < 3:
         said.append(("Next", "change something and run this cell again; the next card says more"))
-    sized = math.isfinite(ratio) and task.kind not in ("which", "open", "explain")
+    sized = math.isfinite(ratio) and task.kind not in ("which", "open", "explain") and result.verdict.unit != "points"
     step = next((i for i, most in enumerate((1, 3, 10)) if ratio <= most), len(BANDS) - 1) if sized else None
     state = f"so far {result.points:g} of {_points(task.points)}" if result.points else "not yet"
     return Card("failed", task.label, state, tuple(lines), (*details, *said), step)

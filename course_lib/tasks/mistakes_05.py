@@ -7,45 +7,58 @@ from itertools import combinations
 from course_lib.tasks.core import Misconception
 
 
-def _wrong_usual(expression: str) -> str:
-    return f"def usual(mean, std_ratio):\n    return {expression}\n"
+def _wrong_cut(expression: str) -> str:
+    return (
+        "def where_to_cut(mean, wrong, edges):\n"
+        "    bad = np.histogram(mean[wrong], edges)[0]\n"
+        "    good = np.histogram(mean[~wrong], edges)[0]\n"
+        f"    return {expression}\n"
+    )
 
 
-USUAL_MISTAKES = (
+CUT_MISTAKES = (
     Misconception(
-        "variance for deviation",
-        "a variance where the standard deviation belongs: its unit is a length squared, so take mean.std(ddof=1)",
-        _wrong_usual("mean < mean.mean() + std_ratio * mean.var(ddof=1)"),
+        "upper edge",
+        "the upper edge of the right bin: its wrong points would stay; cut where the bin begins",
+        _wrong_cut("edges[np.argmax(bad > good) + 1]"),
     ),
     Misconception(
-        "n for n minus 1",
-        "a standard deviation divided by n: these distances are a sample, divide by n - 1 (ddof=1)",
-        _wrong_usual("mean < mean.mean() + std_ratio * mean.std()"),
+        "middle of the bin",
+        "the middle of the right bin: half of it would stay; cut where the bin begins",
+        _wrong_cut("(edges[np.argmax(bad > good)] + edges[np.argmax(bad > good) + 1]) / 2"),
     ),
     Misconception(
-        "threshold without the mean",
-        "a threshold of so many deviations above zero: it begins at the mean of all mean distances",
-        _wrong_usual("mean < std_ratio * mean.std(ddof=1)"),
+        "number of the bin",
+        "the number of a bin where its place is asked: look it up in edges",
+        _wrong_cut("int(np.argmax(bad > good))"),
     ),
     Misconception(
-        "kept and removed exchanged",
-        "True for the points that should go: the mask says what is kept",
-        _wrong_usual("mean >= mean.mean() + std_ratio * mean.std(ddof=1)"),
+        "first wrong point",
+        "the first bin that holds any wrong point: there it is still lost among true ones, and cutting costs more "
+        "than it gains",
+        _wrong_cut("edges[np.argmax(bad > 0)]"),
     ),
     Misconception(
-        "both sides",
-        "points removed because their neighbours are very close: nothing is wrong with those, cut on the far side only",
-        _wrong_usual("np.abs(mean - mean.mean()) < std_ratio * mean.std(ddof=1)"),
+        "most wrong points",
+        "the bin with the most wrong points, the top of their hill: cutting pays from where they outnumber the true "
+        "ones",
+        _wrong_cut("edges[np.argmax(bad)]"),
     ),
     Misconception(
-        "below the mean",
-        "a threshold below the mean, which removes ordinary points: add the deviations, do not subtract them",
-        _wrong_usual("mean < mean.mean() - std_ratio * mean.std(ddof=1)"),
+        "after the last true point",
+        "the end of the last bin in which true points lead: a few far ones of them are not worth all the wrong ones "
+        "before",
+        _wrong_cut("edges[np.flatnonzero(good > bad)[-1] + 1]"),
     ),
     Misconception(
-        "ratio as strength",
-        "a division by std_ratio: it multiplies the deviation, so that a larger ratio removes less",
-        _wrong_usual("mean < mean.mean() + mean.std(ddof=1) / (1.7 * std_ratio)"),
+        "shares for counts",
+        "shares compared where counts are asked: true points are many more, and each of them counts",
+        _wrong_cut("edges[np.argmax(bad / bad.sum() > good / good.sum())]"),
+    ),
+    Misconception(
+        "an empty bin",
+        "a bin without any point taken: none is as many as none, but it is not more",
+        _wrong_cut("edges[np.argmax(bad >= good)]"),
     ),
 )
 
@@ -57,11 +70,37 @@ def _wrong_distances(last: str, first: str = "np.sort(d, axis=1)[:, 1:k + 1]") -
             f"    return {last}\n")  # fmt: skip
 
 
+def _by_tree(last: str, count: str) -> str:
+    return ("from scipy.spatial import cKDTree\n"
+            "def mean_distances(points, k):\n"
+            f"    distance = cKDTree(points).query(points, {count})[0]\n"
+            f"    return {last}\n")  # fmt: skip
+
+
 DISTANCE_MISTAKES = (
     Misconception(
         "the point itself counted",
-        "a mean that holds the distance 0 of the point to itself: look at k other points",
+        "a mean that holds the distance 0 of the point to itself: ask for k + 1 and leave the first out (a tree "
+        "that is asked for one point gives the point itself)",
         _wrong_distances("near.mean(axis=1)", "np.sort(d, axis=1)[:, :k]"),
+        variants=(_by_tree("distance.mean(axis=1)", "k"),),
+    ),
+    Misconception(
+        "one neighbour too few",
+        "k - 1 neighbours, as the point itself took one of the k places (at k = 1 none is left: NaN or an error): "
+        "ask for k + 1",
+        _wrong_distances("near.mean(axis=1)", "np.sort(d, axis=1)[:, 1:k]"),
+        variants=(_by_tree("distance[:, 1:].mean(axis=1)", "k"),),
+    ),
+    Misconception(
+        "millimetres for metres",
+        "distances times 1000: points and answer are both in metres",
+        _wrong_distances("1000 * near.mean(axis=1)"),
+    ),
+    Misconception(
+        "median for mean",
+        "the median of the distances: it is their mean",
+        _wrong_distances("np.median(near, axis=1)"),
     ),
     Misconception(
         "itself as one more",
@@ -94,6 +133,8 @@ DISTANCE_MISTAKES = (
         "every distance of 0 left out: a point that was measured twice has a true neighbour at 0; leave out the point "
         "itself only",
         _wrong_distances("near.mean(axis=1)", "np.sort(np.where(d > 0, d, np.inf), axis=1)[:, :k]"),
+        variants=(_wrong_distances("np.nanmean(np.where(near > 0, near, np.nan), axis=1)",
+                                   "np.sort(d, axis=1)[:, :k + 1]"),),
     ),
     Misconception(
         "one axis only",
@@ -140,6 +181,11 @@ MEND_MISTAKES = tuple(
         "points with exactly `least` neighbours removed: at least means that they stay",
         _wrong_radius(()).replace(">= least", "> least"),
     ),
+    Misconception(
+        "closer than, not within",
+        "points at exactly the radius left out: within means that they count, so use <=",
+        _wrong_radius(()).replace("squared <= radius", "squared < radius"),
+    ),
 )
 
 
@@ -175,8 +221,8 @@ WHICH_MISTAKES = (
     ),
     Misconception(
         "radius for repeating",
-        "the small radius and the repeating taken for each other: repeating eats what is sparse and keeps dense sheets "
-        "whole, a small radius makes holes at random everywhere",
+        "the small radius and the repeating taken for each other: repeating eats inwards from borders and widens "
+        "holes, a radius that is too small leaves points sprinkled everywhere",
         _swapped(CAUSES[1], CAUSES[4]),
     ),
     Misconception(
@@ -196,25 +242,70 @@ def _clean(body: str) -> str:
     )
 
 
-_STATISTICS = ("    d = cKDTree(points).query(points, 21)[0][:, 1:].mean(axis=1)\n"
-               "    keep = d < d.mean() + 2.0 * d.std(ddof=1)\n")  # fmt: skip
-_CLUSTERS = ("    pairs = cKDTree(points).query_pairs(0.014, output_type='ndarray')\n"
+_CLUSTERS = ("    pairs = cKDTree(points).query_pairs(0.0135, output_type='ndarray')\n"
              "    ones = np.ones(len(pairs))\n"
              "    graph = coo_array((ones, (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))\n"
              "    label = connected_components(graph, directed=False)[1]\n"
              "    size = np.bincount(label)[label]\n")  # fmt: skip
 
+
+def _statistics(k: int, ratio: float) -> str:
+    return _clean(f"    d = cKDTree(points).query(points, {k + 1})[0][:, 1:].mean(axis=1)\n"
+                  f"    return d < d.mean() + {ratio} * d.std(ddof=1)\n")  # fmt: skip
+
+
+def _radius(radius: float, least: int) -> str:
+    return _clean(f"    return cKDTree(points).query_ball_point(points, {radius}, return_length=True) > {least}\n")
+
+
+def _statistics_after(ratio: float) -> str:
+    return _clean(_CLUSTERS + "    keep = size >= 250\n"
+                  "    d = cKDTree(points[keep]).query(points[keep], 9)[0][:, 1:].mean(axis=1)\n"
+                  f"    keep[keep] = d < d.mean() + {ratio} * d.std(ddof=1)\n"
+                  "    return keep\n")  # fmt: skip
+
+
 CLEAN_MISTAKES = (
     Misconception(
         "the report's settings",
-        "the statistical filter with 20 neighbours and a ratio of 2: it finds strays, never a dense reflection and "
-        "hardly a flying pixel; use islands",
-        _clean(_STATISTICS + "    return keep\n"),
+        "a statistical filter with a ratio as large as 2: it finds strays, never a dense reflection and hardly a "
+        "flying pixel; use islands",
+        _statistics(20, 2.0),
+        variants=(_statistics(8, 2.0),),
     ),
     Misconception(
-        "the largest island only",
-        "everything but the largest cluster thrown away: true things stand apart, too, so use a least size",
-        _clean(_CLUSTERS + "    return label == np.bincount(label).argmax()\n"),
+        "distances or counts alone",
+        "a filter of distances or of counts alone: it finds noise and some flying pixels, but the reflection is as "
+        "dense as a true surface; use islands",
+        _statistics(8, 0.25),
+        variants=(_radius(0.015, 4),),
+    ),
+    Misconception(
+        "a count that asks for many",
+        "a radius filter that asks for many neighbours: rod and cable have few by their nature, and go first; use "
+        "islands",
+        _radius(0.02, 8),
+        variants=(_radius(0.04, 16),),
+    ),
+    Misconception(
+        "true islands thrown away",
+        "islands of true points thrown away, too, the tray for one: use a least size between the mirrored patch and "
+        "the smallest true thing",
+        _clean(_CLUSTERS + "    return size >= 500\n"),
+        variants=(_clean(_CLUSTERS + "    return label == np.bincount(label).argmax()\n"),),
+    ),
+    Misconception(
+        "least size too small",
+        "clusters with a least size that is too small: strays go, but the mirrored patch is larger and stays",
+        _clean(_CLUSTERS + "    return size >= 100\n"),
+        variants=(_clean(_CLUSTERS.replace("0.0135", "0.014") + "    return size >= 5\n"),),
+    ),
+    Misconception(
+        "statistics after the strays",
+        "statistics taken after the strays were gone: the threshold shrank with them and cuts into what is true; "
+        "take a multiple of the median, or measure the whole cloud",
+        _statistics_after(0.5),
+        variants=(_statistics_after(1.0),),
     ),
     Misconception(
         "kept and removed exchanged",
@@ -222,8 +313,13 @@ CLEAN_MISTAKES = (
         _clean(_CLUSTERS + "    return size < 250\n"),
     ),
     Misconception(
-        "strays only",
-        "clusters with a very small least size: single strays go, the mirrored patch is larger and stays",
-        _clean(_CLUSTERS + "    return size >= 5\n"),
+        "everything kept",
+        "a mask that keeps every point: nothing was removed",
+        _clean("    return np.ones(len(points), bool)\n"),
+    ),
+    Misconception(
+        "everything removed",
+        "a mask that keeps no point: is a length in millimetres among your settings?",
+        _clean("    return np.zeros(len(points), bool)\n"),
     ),
 )

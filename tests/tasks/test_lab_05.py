@@ -11,15 +11,17 @@ import open3d as o3d
 import pytest
 from scipy.spatial import cKDTree
 
-from course_lib import clusters, outliers, tasks
+from course_lib import clusters, metrics, outliers, pointcloud, tasks, transforms
 from course_lib.notebook import data
 from course_lib.tasks.desk_05 import FLYING, THIN, small_desk
+from course_lib.tasks.judging import load_source
 from course_lib.tasks.mistakes_05 import CAUSE_OF, CAUSES
 
 ROOT = Path(__file__).parents[2]
 LESSON = ROOT / "notebooks" / "source" / "05_outliers.py"
 LAB = ROOT / "solutions" / "source" / "05_outliers.py"
-TUNED = (0.025, 500, 0.5)  # what the lesson's cell finds on desks 0 to 2
+LAB_TASKS = {task.number: task for task in tasks.lab("05")}
+TUNED = (0.025, 500, 3.5)  # what the lesson's cell finds on desks 0 to 2
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +44,7 @@ def desks():
 def pipeline(points: np.ndarray, setting: tuple[float, int, float]) -> np.ndarray:
     label = clusters.euclidean_clusters(points, setting[0])
     mean = outliers.mean_distances(points, 8)
-    return (np.bincount(label)[label] >= setting[1]) & (mean < mean.mean() + setting[2] * mean.std(ddof=1))
+    return (np.bincount(label)[label] >= setting[1]) & (mean < setting[2] * np.median(mean))
 
 
 def pooled(score, desks, function, names) -> tuple[float, float, float, float]:
@@ -58,13 +60,15 @@ TUNING, REPORTING = ("desk_0", "desk_1", "desk_2"), ("desk_3", "desk_4", "desk_5
 
 def test_the_pipeline_reaches_its_f1_on_desks_that_it_was_not_tuned_on(lesson, desks):
     *_, f1, thin = pooled(lesson["score"], desks, lambda p: pipeline(p, TUNED), REPORTING)
-    assert f1 == pytest.approx(0.922, abs=0.004) and f1 >= 0.9
+    assert f1 == pytest.approx(0.923, abs=0.004) and f1 >= 0.9
     assert thin >= 0.98
+    worst = min(lesson["score"](pipeline(desks.clouds[n].points, TUNED), desks.clouds[n].labels)[2] for n in REPORTING)
+    assert worst == pytest.approx(0.892, abs=0.004)
 
 
 def test_the_settings_are_the_best_of_those_tried_on_the_tuning_desks(lesson, desks):
     tried = {}
-    for reach, least, ratio in ((r, n, s) for r in (0.02, 0.025) for n in (100, 500) for s in (1, 0.5)):
+    for reach, least, ratio in ((r, n, s) for r in (0.02, 0.025) for n in (100, 500) for s in (3, 3.5, 4)):
         *_, f1, thin = pooled(lesson["score"], desks, lambda p, s=(reach, least, ratio): pipeline(p, s), TUNING)
         if thin >= 0.98:
             tried[reach, least, ratio] = f1
@@ -76,6 +80,42 @@ def test_the_pipeline_holds_on_another_world(lesson):
     other = data.load("desk_outliers", seed=11)
     *_, f1, thin = pooled(lesson["score"], other, lambda p: pipeline(p, TUNED), list(other.clouds))
     assert f1 >= 0.9 and thin >= 0.98
+
+
+def test_clusters_first_and_a_ratio_after_them_cut_into_the_surface(lesson, desks):
+    points, kinds = desks.clouds["desk_3"].points, desks.clouds["desk_3"].labels
+    label = clusters.euclidean_clusters(points, TUNED[0])
+    keep = np.bincount(label)[label] >= TUNED[1]
+    keep[keep] = outliers.keep_by_statistics(points[keep], 8, 0.5)
+    assert lesson["score"](keep, kinds)[2] == pytest.approx(0.14, abs=0.01)
+
+
+def test_a_place_to_cut_is_read_from_the_histogram(lesson, desks):
+    points, kinds = desks.clouds["desk_0"].points.astype(float), desks.clouds["desk_0"].labels
+    mean = 1000 * lesson["mean_distances"](points, 8)
+    bins = np.geomspace(2, 600, 60)
+    true, wrong = (np.histogram(mean[which], bins)[0] for which in (kinds < FLYING, kinds >= FLYING))
+    cut = np.argmax(wrong > true)
+    assert bins[cut] == pytest.approx(15.2, abs=0.1)
+    # no bin is a close call, which another machine might count the other way
+    assert wrong[cut] > 1.2 * true[cut] and wrong[cut - 1] < 0.8 * true[cut - 1]
+    assert 3 * np.median(mean) == pytest.approx(17.3, abs=0.2)
+    found = [lesson["score"](keep, kinds)[2] for keep in (mean < 15, mean < 3 * np.median(mean))]
+    assert found == pytest.approx([0.904, 0.885], abs=0.004)
+
+
+def test_millimetres_of_the_desk_take_the_far_side_of_the_room_and_medians_spare_it(desks):
+    room = data.load("living_room")
+    frame = room.frames[15]
+    points = pointcloud.from_frame(frame).points.astype(float)
+    off = metrics.distance_to_surface(transforms.apply(frame.T_world_camera, points), room.mesh)
+    mean = outliers.mean_distances(points, 8)
+    label = clusters.euclidean_clusters(points, TUNED[0])
+    large = np.bincount(label)[label] >= TUNED[1]
+    desk = TUNED[2] * np.median(outliers.mean_distances(desks.clouds["desk_0"].points, 8))
+    far = (points[:, 2] > 4) & (points[:, 2] < 6) & (off < 0.03)
+    lost = [np.mean(~(large & (mean < most))[far]) for most in (TUNED[2] * np.median(mean), desk)]
+    assert lost == pytest.approx([0.13, 0.78], abs=0.03)
 
 
 def test_each_single_filter_misses_what_the_lesson_says(lesson, desks):
@@ -92,8 +132,10 @@ def test_each_single_filter_misses_what_the_lesson_says(lesson, desks):
     label = clusters.euclidean_clusters(points, 0.025)
     islands = np.bincount(label)[label] >= 500
     assert found(islands, 4) > 0.9 and found(islands, 3) < 0.65, "clusters find reflections, not flying pixels"
-    counted = lesson["count_within"](points, 0.02) >= 16
-    assert np.mean(counted[kinds == THIN]) < 0.95, "a count that finds noise loses thin things"
+    count = lesson["count_within"](points, 0.02)
+    assert np.mean(count[kinds == THIN] >= 16) < 0.95, "a count that finds noise loses thin things"
+    kept = [np.mean(count[kinds == kind] >= 24) for kind in (1, THIN)]
+    assert kept == pytest.approx([0.965, 0.712], abs=0.005), "and thin things long before surfaces"
     assert lesson["score"](lesson["by_coordinates"](points, 2), kinds)[0] < 0.25, "coordinates are the wrong quantity"
 
 
@@ -121,6 +163,16 @@ def test_repeating_never_ends_and_a_fixed_threshold_does(lesson):
         rest = rest[keep]
     assert min(removed) > 1000 and removed[11] > 0.5 * removed[0]
     assert 1 - len(rest) / count == pytest.approx(0.48, abs=0.02)
+
+
+def test_repeating_ends_where_no_distance_is_measured_again(lesson):
+    left, once = lesson["mean_distances"](data.load("bunny_like").cloud.points.astype(float), 20), []
+    while not once or once[-1]:
+        keep = lesson["usual"](left, 2.0)
+        once.append(int(np.sum(~keep)))
+        left = left[keep]
+    assert once == sorted(once, reverse=True) and len(once) <= 16
+    assert once[:5] == pytest.approx([2027, 1271, 747, 403, 228], rel=0.05)
 
 
 def test_the_bunny_and_the_point_itself(lesson):
@@ -171,3 +223,67 @@ def test_a_filter_that_loses_rod_and_cable_gets_no_more_than_the_lowest_band():
     perfect = case.truth.copy()
     assert task.judge(case, perfect).score == 1.0
     assert task.judge(case, perfect & (case.hidden["kinds"] != THIN)).score <= 0.25
+
+
+def said(task, source: str) -> str:
+    """What a check of learner code says, on the public cases."""
+    cases = task.public(data.load)
+    result = tasks.judge_all(task, cases, tasks.run_all(load_source(source, task.function), cases))
+    assert not result.passed
+    return result.line
+
+
+def test_a_tree_that_is_asked_for_k_points_is_told_to_ask_for_one_more():
+    if not data.available("stanford_bunny"):
+        pytest.skip("the real data stanford_bunny are not on this machine")
+    head = "from scipy.spatial import cKDTree\ndef mean_distances(points, k):\n"
+    for last in ("distance.mean(axis=1)", "distance[:, 1:].mean(axis=1)"):
+        line = said(LAB_TASKS[2], f"{head}    distance = cKDTree(points).query(points, k)[0]\n    return {last}\n")
+        assert "ask for k + 1" in line
+
+
+def test_a_point_at_exactly_the_radius_counts():
+    source = (
+        "def keep_by_radius(points, radius, least):\n"
+        "    d = np.linalg.norm(points[:, None] - points[None], axis=-1)\n"
+        "    return (d {} radius).sum(axis=1) - 1 >= least\n"
+    )
+    case = LAB_TASKS[3].public()[0]
+    d = np.linalg.norm(case.given["points"][:, None] - case.given["points"][None], axis=-1)
+    assert np.sum(d == case.given["radius"]) > 20
+    assert "within means that they count" in said(LAB_TASKS[3], source.format("<"))
+
+
+def test_the_card_of_a_cleaned_desk_names_what_was_left_in_and_what_was_lost():
+    task = LAB_TASKS[5]
+    case = tasks.fresh(task, 3)[0]
+    kinds = case.hidden["kinds"]
+    message = task.judge(case, (kinds != 3) & (kinds != THIN)).message
+    assert "0 % of flying pixels, 100 % of the reflection" in message
+    assert "100 % of rod and cable" in message and "keep 95 %" in message
+    nearly = task.judge(case, kinds < FLYING).message
+    assert nearly.startswith("F1 is 100 % (3.0 points over 97).")
+
+
+def test_a_desk_cleaned_almost_like_a_known_mistake_is_told_its_name():
+    """Settings that differ from the registered ones, and so other masks with the same shares by kind."""
+    task = LAB_TASKS[5]
+    cases = tasks.fresh(task, 3)
+
+    def named(clean) -> set[str]:
+        outcomes = tasks.run_all(clean, cases)
+        return {m.name for m in tasks.judge_all(task, cases, outcomes).recognised}
+
+    def size(points):
+        label = clusters.euclidean_clusters(points, 0.0138)
+        return np.bincount(label)[label]
+
+    def after(points):
+        keep = size(points) >= 220
+        keep[keep] = outliers.keep_by_statistics(points[keep], 9, 0.5)
+        return keep
+
+    assert named(lambda points: size(points) >= 90) == {"least size too small"}
+    assert named(lambda points: size(points) >= 600) == {"true islands thrown away"}
+    assert named(after) == {"statistics after the strays"}
+    assert named(lambda points: outliers.keep_by_statistics(points, 18, 2.1)) == {"the report's settings"}
