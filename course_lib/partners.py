@@ -23,8 +23,8 @@ BLOCK = 4096  # points that are looked at together; what belongs to them stays i
 class Partners:
     """The nearest target point of each source point, asked for again only where it may have changed.
 
-    Two shortcuts, both exact. If the second nearest target point lay at d2 and a point has moved by m since, all but its
-    partner are at least d2 − m away: as long as the partner is nearer, it stays. Where it is not, the new partner is
+    Two shortcuts, both exact. If the second nearest target point lay at d2 and a point has moved by m since, all but
+    its partner are at least d2 − m away: as long as the partner is nearer, it stays. Where it is not, the new one is
     mostly one of the old one's neighbours: their ring holds all target points within r of the old partner, so nothing
     outside is nearer than r − d to a point that lies d from it. Only where this does not decide, the tree is asked.
 
