@@ -257,7 +257,7 @@ def test_open_task_is_the_median_of_five() -> None:
     values = iter([0.5, 0.5, 2.5, 9.0, 1.5])
     card = check("90-3", lambda n: next(values))
     assert card.state == "passed · 2 of 4 points"
-    assert "The result is under 2 m" in card.text
+    assert "The result is 1.5 m, under 2 m" in card.text
 
 
 def test_explanation_is_ready_to_hand_in(monkeypatch: pytest.MonkeyPatch) -> None:
