@@ -126,7 +126,6 @@ class Neighbours:
         array = finite_points(points)
         self.order = _morton_order(array)
         self.sorted = array[self.order]
-        self.columns = tuple(np.ascontiguousarray(self.sorted[:, axis]) for axis in range(3))
         self._tree = cKDTree(self.sorted, balanced_tree=asked_often, compact_nodes=asked_often)
         self._names = np.append(self.order, len(array))  # the tree says len(points) for "none"; so do we
 

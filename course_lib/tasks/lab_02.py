@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from course_lib import transforms
-from course_lib.tasks.core import Case, Misconception, Task, Verdict
+from course_lib.tasks.core import Case, Task, Verdict
 from course_lib.tasks.judges import (
     judge_array,
     judge_band,
@@ -18,6 +18,14 @@ from course_lib.tasks.judges import (
     judge_transform,
     judge_words,
     refuse,
+)
+from course_lib.tasks.mistakes_02 import (
+    BACK_MISTAKES,
+    CAUSE_OF,
+    FEW_MISTAKES,
+    READER_MISTAKES,
+    ROW_MISTAKES,
+    WHICH_MISTAKES,
 )
 from course_lib.tasks.plain import Plain
 
@@ -36,8 +44,6 @@ def _row_cases(rng: np.random.Generator) -> list[Case]:
     return cases
 
 
-_ROW = "def row_of(u, v, width, height):\n    return "
-
 _TASK_1 = Task(
     id="02-1",
     title="Where is the pixel in the list?",
@@ -47,28 +53,7 @@ _TASK_1 = Task(
     signature="def row_of(u, v, width, height)",
     cases=_row_cases,
     judge=lambda case, answer: judge_number(answer, case.truth, 0.1, "rows", "the row"),
-    misconceptions=(
-        Misconception(
-            "columns first",
-            "u · height + v, which counts column by column: images are stored row by row, v rows of `width` come first",
-            _ROW + "u * height + v\n",
-        ),
-        Misconception(
-            "height for width",
-            "v · height + u: a full row of the image has `width` pixels, not `height`",
-            _ROW + "v * height + u\n",
-        ),
-        Misconception(
-            "u and v exchanged",
-            "u · width + v: v counts the rows that lie above, and each of them has `width` pixels",
-            _ROW + "u * width + v\n",
-        ),
-        Misconception(
-            "counted from one",
-            "rows counted from one: the first pixel is row 0 of the list, and the first row is v = 0",
-            _ROW + "(v - 1) * width + u\n",
-        ),
-    ),
+    misconceptions=ROW_MISTAKES,
     where="lesson 02, section 2 (ordered and unordered)",
 )
 
@@ -108,19 +93,6 @@ def _message_cases(rng: np.random.Generator) -> list[Case]:
     return cases
 
 
-def _reader(
-    rows: str = "data.reshape(height, row_step)[:, :width * point_step].reshape(height * width, point_step)",
-    fields: str = "rows[:, x_offset:x_offset + 12]",
-    order: str = "'>f4' if big_endian else '<f4'",
-) -> str:
-    return (
-        "def read_points(data, height, width, point_step, row_step, x_offset, big_endian):\n"
-        f"    rows = {rows}\n"
-        f"    xyz = np.ascontiguousarray({fields})\n"
-        f"    return xyz.view({order}).astype(float).reshape(-1, 3)\n"
-    )
-
-
 def _judge_points(case: Case, answer: Plain) -> Verdict:
     return judge_array(answer, case.truth, 1e-5, "m", axes="xyz", what="the point")
 
@@ -134,36 +106,7 @@ _TASK_2 = Task(
     signature="def read_points(data, height, width, point_step, row_step, x_offset, big_endian)",
     cases=_message_cases,
     judge=_judge_points,
-    misconceptions=(
-        Misconception(
-            "12 bytes a point",
-            "three floats read after three floats: go `point_step` bytes from point to point, whatever lies between",
-            _reader(
-                rows="data.reshape(height, row_step)[:, :width * 12].reshape(height * width, 12)",
-                fields="rows[:, 0:12]",
-            ),
-        ),
-        Misconception(
-            "offset forgotten",
-            "the first 12 bytes of each point taken: x begins `x_offset` bytes into it",
-            _reader(fields="rows[:, 0:12]"),
-        ),
-        Misconception(
-            "padding of the rows forgotten",
-            "points read on across the end of a row: rows are `row_step` bytes apart, padding included",
-            _reader(rows="data[:height * width * point_step].reshape(height * width, point_step)"),
-        ),
-        Misconception(
-            "byte order ignored",
-            "big-endian bytes read as little-endian, which gives absurd numbers: use '>f4' where big_endian is True",
-            _reader(order="'<f4'"),
-        ),
-        Misconception(
-            "byte order turned round",
-            "the two byte orders exchanged: '>f4' is big-endian, '<f4' little-endian",
-            _reader(order="'<f4' if big_endian else '>f4'"),
-        ),
-    ),
+    misconceptions=READER_MISTAKES,
     may_call=("numpy", "struct"),
     hides=("course_lib.pointcloud.from_message", "course_lib.pointcloud.message_to_xyz"),
     where="lesson 02, section 3 (points as bytes)",
@@ -204,8 +147,6 @@ def _judge_back(case: Case, answer: Plain) -> Verdict:
     return replace(verdict, score=float(verdict.passed))
 
 
-_BACK = "def invert(T):\n    back = np.eye(4)\n    R, t = T[:3, :3], T[:3, 3]\n"
-
 _TASK_3 = Task(
     id="02-3",
     title="Mend the way back",
@@ -215,41 +156,13 @@ _TASK_3 = Task(
     signature="def invert(T)",
     cases=_back_cases,
     judge=_judge_back,
-    misconceptions=(
-        Misconception(
-            "shift not turned back",
-            "[Rᵀ, −t]: the shift was made in the world's directions, so it must be turned back too: −Rᵀ t",
-            _BACK + "    back[:3, :3], back[:3, 3] = R.T, -t\n    return back\n",
-        ),
-        Misconception(
-            "turn not undone",
-            "[R, −t]: a rotation is undone by its transpose",
-            _BACK + "    back[:3, :3], back[:3, 3] = R, -t\n    return back\n",
-        ),
-        Misconception(
-            "sign of the shift",
-            "[Rᵀ, Rᵀ t]: what was added must be subtracted",
-            _BACK + "    back[:3, :3], back[:3, 3] = R.T, R.T @ t\n    return back\n",
-        ),
-        Misconception(
-            "shift turned the wrong way",
-            "[Rᵀ, −R t]: the shift is turned back by the transpose, as the points are",
-            _BACK + "    back[:3, :3], back[:3, 3] = R.T, -(R @ t)\n    return back\n",
-        ),
-        Misconception(
-            "the pose itself",
-            "the pose handed back as it came: `T_world_camera` leads to the world, its inverse back to the camera",
-            "def invert(T):\n    return T\n",
-        ),
-    ),
+    misconceptions=BACK_MISTAKES,
     hides=("course_lib.transforms.invert", "numpy.linalg.inv"),
     where="lesson 02, section 5 (frames and transforms)",
 )
 
 
 # Task 4: which mistake moved it?
-
-_MOVES = {"A": "shift first", "B": "inverse", "C": "order", "D": "millimetres", "E": "stride"}
 
 _TASK_4 = Task(
     id="02-4",
@@ -258,28 +171,9 @@ _TASK_4 = Task(
     version=1,
     kind="which",
     signature="def causes()",
-    cases=lambda rng: [Case({}, {"truth": _MOVES}, "the five clouds above")],
-    judge=lambda case, answer: judge_choice(answer, case.truth, sorted(_MOVES.values()), "the cause"),
-    misconceptions=(
-        Misconception(
-            "order taken for inverse",
-            "the inverse and the wrong order exchanged: put one point of the original, (0, 0, 0), through both by hand",
-            'def causes():\n'
-            '    return {"A": "shift first", "B": "order", "C": "inverse", "D": "millimetres", "E": "stride"}\n',
-        ),
-        Misconception(
-            "shift first taken for inverse",
-            "R (p + t) and the inverse exchanged: R (p + t) turns by the right angle, the inverse the other way",
-            'def causes():\n'
-            '    return {"A": "inverse", "B": "shift first", "C": "order", "D": "millimetres", "E": "stride"}\n',
-        ),
-        Misconception(
-            "scale taken for stride",
-            "millimetres and stride exchanged: a wrong unit keeps every shape, a wrong stride destroys it",
-            'def causes():\n'
-            '    return {"A": "shift first", "B": "inverse", "C": "order", "D": "stride", "E": "millimetres"}\n',
-        ),
-    ),
+    cases=lambda rng: [Case({}, {"truth": CAUSE_OF}, "the five clouds above")],
+    judge=lambda case, answer: judge_choice(answer, case.truth, sorted(CAUSE_OF.values()), "the cause"),
+    misconceptions=WHICH_MISTAKES,
     where="lesson 02, sections 3 and 5",
 )
 
@@ -322,9 +216,7 @@ def _judge_few(case: Case, answer: Plain) -> Verdict:
     rows = np.asarray(answer, int)
     if len(np.unique(rows)) < n or rows.min() < 0 or rows.max() >= len(points):
         return refuse(f"The row numbers must be {n} different ones from 0 to {len(points) - 1}.", _FEW_BANDS[0][0], "m")
-    reached = coverage(points, rows)
-    verdict = judge_band(reached, _FEW_BANDS, "m", what="the loneliest point's distance")
-    return replace(verdict, message=f"{verdict.message.removesuffix('.')} (yours: {1000 * reached:.0f} mm).")
+    return judge_band(coverage(points, rows), _FEW_BANDS, "m", what="the loneliest point's distance")
 
 
 def _few_distance(case: Case, a: Plain, b: Plain) -> float:
@@ -359,23 +251,7 @@ _TASK_5 = Task(
     judge=_judge_few,
     distance=_few_distance,
     guess=_guess,
-    misconceptions=(
-        Misconception(
-            "the first rows",
-            "the first n rows of the list: neighbours in the list are often neighbours in space, the rest stays bare",
-            "def few(points, n):\n    return np.arange(n)\n",
-        ),
-        Misconception(
-            "the nearest ones",
-            "the n points nearest to the middle: the far ends of the shape are left without any",
-            "def few(points, n):\n    return np.argsort(np.linalg.norm(points - points.mean(axis=0), axis=1))[:n]\n",
-        ),
-        Misconception(
-            "the outermost ones",
-            "the n points farthest from the middle: they crowd on the bumps and leave the rest bare",
-            "def few(points, n):\n    return np.argsort(np.linalg.norm(points - points.mean(axis=0), axis=1))[-n:]\n",
-        ),
-    ),
+    misconceptions=FEW_MISTAKES,
     where="lesson 02 gives only the cloud; the idea is in the three hints of task 5",
 )
 

@@ -24,7 +24,7 @@ from course_lib.tasks.mistakes_04 import (
     WHICH_MISTAKES,
 )
 from course_lib.tasks.plain import Plain
-from course_lib.tasks.wording import array_problem, measured, quantity
+from course_lib.tasks.wording import array_problem, measured
 
 # ----------------------------------------------------------------------------------------------------------- 1 cubes
 
@@ -157,7 +157,7 @@ def _judge_normal(case: Case, answer: Plain) -> Verdict:
 
 # ------------------------------------------------------------------------------------------------------------ 5 open
 
-_COUNT, _GAP_POINTS = 150, 4
+_COUNT = 150
 _GAP_BANDS = ((0.245, 1.0), (0.275, 0.75), (0.330, 0.5), (0.430, 0.25))  # metres: the widest gap
 
 
@@ -188,14 +188,7 @@ def _judge_thin(case: Case, answer: Plain) -> Verdict:
     if len(np.unique(chosen)) < count:
         return refuse(f"Only {len(np.unique(chosen))} of the {count} indices are different.", tolerance, "m")
     gap = float(cKDTree(points[chosen]).query(points)[0].max())
-    verdict = judge_band(gap, _GAP_BANDS, "m", what="the widest gap")
-    told = f"Your widest gap: {quantity(gap, 'm')} (the middle one of five scenes)"
-    harder = [(limit, score) for limit, score in _GAP_BANDS if gap > limit]
-    if not harder:
-        return replace(verdict, message=f"{told}; that is the best band.")
-    limit, score = harder[-1]
-    worth = f"{score * _GAP_POINTS:g} point" + ("s" if score * _GAP_POINTS != 1 else "")
-    return replace(verdict, message=f"{told}; under {quantity(limit, 'm')} earns {worth}.")
+    return judge_band(gap, _GAP_BANDS, "m", what="the widest gap")
 
 
 def _guess_thin(rng: np.random.Generator):
@@ -260,7 +253,7 @@ TASKS = (
         where="lesson 04, section 1 (one point a cube)",
     ),
     Task(
-        id="04-5", title="thin out without holes", points=_GAP_POINTS, version=2, kind="open",
+        id="04-5", title="thin out without holes", points=4, version=2, kind="open",
         signature="def thin_out(points, count)",
         cases=lambda rng: [_view(rng)],
         judge=_judge_thin,

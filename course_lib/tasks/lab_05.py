@@ -170,7 +170,7 @@ def _radius_cases(rng: np.random.Generator) -> list[Case]:
 
 # ------------------------------------------------------------------------------------------------------------ 5 open
 
-_CLEAN_BANDS = ((0.97, 1.0), (0.90, 0.75), (0.80, 0.5), (0.60, 0.25))  # F1
+_CLEAN_BANDS = ((97.0, 1.0), (90.0, 0.75), (80.0, 0.5), (60.0, 0.25))  # F1, per cent
 _THIN_LEAST = 0.95  # of the thin points must stay, or the lowest band is the most
 
 
@@ -185,23 +185,15 @@ def _judge_clean(case: Case, answer: Plain) -> Verdict:
         return form
     keep, kinds = np.asarray(answer, bool), case.hidden["kinds"]
     wrong = kinds >= FLYING
-    f1 = float(2 * np.sum(~keep & wrong) / (np.sum(~keep) + np.sum(wrong)))
+    f1 = float(200 * np.sum(~keep & wrong) / (np.sum(~keep) + np.sum(wrong)))
     thin = float(np.mean(keep[kinds == THIN]))
-    verdict = judge_band(f1, _CLEAN_BANDS, "", better="larger", what="F1")
-    told = f"F1 is {100 * f1:.0f} %{_beside_bands(f1)}. {_by_kind(keep, kinds)}"
+    verdict = judge_band(f1, _CLEAN_BANDS, "%", better="larger", what="F1")
+    told = f"{verdict.message} {_by_kind(keep, kinds)}"
     if thin < _THIN_LEAST:
         told += f" For more than the lowest band keep {100 * _THIN_LEAST:.0f} % of rod and cable."
         if verdict.score > 0.25:
-            return Verdict(False, 1 - f1, 0.07, "", "thin structure", told, 0.25)
+            return replace(verdict, passed=False, axis="thin structure", message=told, score=0.25)
     return replace(verdict, message=told)
-
-
-def _beside_bands(f1: float) -> str:
-    """How far F1 is from the band below and the one above: " (2 points over 90, 5 short of 97)"."""
-    limits = [limit for limit, _ in _CLEAN_BANDS]
-    over = [f"{100 * (f1 - limit):.1f} points over {100 * limit:.0f}" for limit in limits if f1 >= limit][:1]
-    short = [f"{100 * (limit - f1):.1f} short of {100 * limit:.0f}" for limit in limits if f1 < limit][-1:]
-    return f" ({', '.join(over + short)})"
 
 
 _KINDS = ("surfaces", "rod and cable", "flying pixels", "the reflection", "noise")

@@ -5,9 +5,8 @@ Each source is the plain solution with one thing wrong, built from parts, so tha
 
 from __future__ import annotations
 
-from itertools import combinations
-
 from course_lib.tasks.core import Misconception
+from course_lib.tasks.mistakes import left_in, swapped
 
 
 def _wrong_focal(expression: str) -> str:
@@ -140,15 +139,7 @@ def _wrong_cloud(left: tuple[str, ...]) -> str:
             '    return {"points": points, "colors": color[keep]}\n')
 
 
-MEND_MISTAKES = tuple(
-    Misconception(
-        " and ".join(left) + " left in",
-        "; and ".join(_GIVEN_MISTAKES[key][2] for key in left),
-        _wrong_cloud(left),
-    )
-    for count in (1, 2, 3)
-    for left in combinations(_GIVEN_MISTAKES, count)
-) + (
+MEND_MISTAKES = left_in({name: said for name, (_, _, said) in _GIVEN_MISTAKES.items()}, _wrong_cloud) + (
     Misconception(
         "units multiplied",
         "stored numbers multiplied by the units of a metre: divide them, a larger number of units makes a smaller step",
@@ -180,35 +171,28 @@ CAUSE_OF = {
 }
 
 
-def _swapped(a: str, b: str) -> str:
-    """Learner code that takes two causes for each other and has the others right."""
-    other = {a: b, b: a}
-    answer = {letter: other.get(cause, cause) for letter, cause in CAUSE_OF.items()}
-    return f"def causes():\n    return {answer!r}\n"
-
-
 WHICH_MISTAKES = (
     Misconception(
         "focal length for scale",
         "scale and focal length taken for each other: a wrong scale changes z as well, a wrong focal length never does",
-        _swapped(CAUSES[0], CAUSES[1]),
+        swapped(CAUSE_OF, CAUSES[0], CAUSES[1]),
     ),
     Misconception(
         "focal length for range",
         "focal length and range taken for each other: a wrong focal length keeps walls flat, z taken for "
         "range bends them",
-        _swapped(CAUSES[0], CAUSES[2]),
+        swapped(CAUSE_OF, CAUSES[0], CAUSES[2]),
     ),
     Misconception(
         "flip for rows and columns",
         "the flip and exchanged rows and columns taken for each other: the flip changes signs only, never the length "
         "of an axis",
-        _swapped(CAUSES[3], CAUSES[5]),
+        swapped(CAUSE_OF, CAUSES[3], CAUSES[5]),
     ),
     Misconception(
         "scale for truncation",
         "scale and truncation taken for each other: truncation loses points and leaves the others where they were",
-        _swapped(CAUSES[1], CAUSES[4]),
+        swapped(CAUSE_OF, CAUSES[1], CAUSES[4]),
     ),
 )
 

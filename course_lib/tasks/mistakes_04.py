@@ -6,6 +6,7 @@ Each source is the plain solution with one thing wrong, built from parts, so tha
 from __future__ import annotations
 
 from course_lib.tasks.core import Misconception
+from course_lib.tasks.mistakes import left_in, swapped
 
 
 def _wrong_index(expression: str) -> str:
@@ -158,16 +159,10 @@ def _wrong_normal(left: tuple[str, ...] = (), column: str = "", sign: str = "< 0
             "    return normal\n")
 
 
-NORMAL_MISTAKES = tuple(
-    Misconception(
-        " and ".join(left) + " left in",
-        "; and ".join(_GIVEN[key][2] for key in left),
-        _wrong_normal(left),
-    )
-    # Without centring, the smallest eigenvector stands at a right angle on the mean itself, and both signs agree: the
-    # sign that is left in as well shows after centring.
-    for left in (("centring",), ("row",), ("sign",), ("centring", "row"), ("row", "sign"))
-) + (
+# Without centring, the smallest eigenvector stands at a right angle on the mean itself, and both signs agree: the
+# sign that is left in as well shows after centring.
+_COMBINED = (("centring",), ("row",), ("sign",), ("centring", "row"), ("row", "sign"))
+NORMAL_MISTAKES = left_in({name: said for name, (_, _, said) in _GIVEN.items()}, _wrong_normal, _COMBINED) + (
     Misconception(
         "nothing mended",
         "the given code as it was: points not centred, a row for a column, and the sign taken from the viewpoint alone",
@@ -207,33 +202,26 @@ CAUSE_OF = {
 }
 
 
-def _swapped(a: str, b: str) -> str:
-    """Learner code that takes two causes for each other and has the others right."""
-    other = {a: b, b: a}
-    answer = {letter: other.get(cause, cause) for letter, cause in CAUSE_OF.items()}
-    return f"def causes():\n    return {answer!r}\n"
-
-
 WHICH_MISTAKES = (
     Misconception(
         "int() for twice the voxel",
         "int() and twice the voxel taken for each other: int() makes only the cubes beside the origin larger",
-        _swapped(CAUSES[0], CAUSES[2]),
+        swapped(CAUSE_OF, CAUSES[0], CAUSES[2]),
     ),
     Misconception(
         "height for twice the voxel",
         "the missing height and twice the voxel taken for each other: without height, points hang where nothing is",
-        _swapped(CAUSES[4], CAUSES[2]),
+        swapped(CAUSE_OF, CAUSES[4], CAUSES[2]),
     ),
     Misconception(
         "centres for every k-th",
         "centres and every k-th point taken for each other: centres stand in rows; every k-th point is a measured one",
-        _swapped(CAUSES[1], CAUSES[3]),
+        swapped(CAUSE_OF, CAUSES[1], CAUSES[3]),
     ),
     Misconception(
         "int() for height",
         "int() and the missing height taken for each other: int() errs only beside the origin, the other everywhere",
-        _swapped(CAUSES[0], CAUSES[4]),
+        swapped(CAUSE_OF, CAUSES[0], CAUSES[4]),
     ),
 )
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from itertools import combinations
-
 from course_lib.tasks.core import Misconception
+from course_lib.tasks.mistakes import left_in, swapped
 
 
 def _wrong_cut(expression: str) -> str:
@@ -167,15 +166,7 @@ def _wrong_radius(left: tuple[str, ...]) -> str:
             f"    return {exchanged}\n")  # fmt: skip
 
 
-MEND_MISTAKES = tuple(
-    Misconception(
-        " and ".join(left) + " left in",
-        "; and ".join(_GIVEN_MISTAKES[key][2] for key in left),
-        _wrong_radius(left),
-    )
-    for count in (1, 2, 3)
-    for left in combinations(_GIVEN_MISTAKES, count)
-) + (
+MEND_MISTAKES = left_in({name: said for name, (_, _, said) in _GIVEN_MISTAKES.items()}, _wrong_radius) + (
     Misconception(
         "more than, not at least",
         "points with exactly `least` neighbours removed: at least means that they stay",
@@ -205,31 +196,24 @@ CAUSE_OF = {
 }
 
 
-def _swapped(a: str, b: str) -> str:
-    """Learner code that takes two causes for each other and has the others right."""
-    other = {a: b, b: a}
-    answer = {letter: other.get(cause, cause) for letter, cause in CAUSE_OF.items()}
-    return f"def causes():\n    return {answer!r}\n"
-
-
 WHICH_MISTAKES = (
     Misconception(
         "cluster size for ratio",
         "cluster size and ratio taken for each other: a large ratio leaves strays in, a large cluster size takes whole "
         "true things away",
-        _swapped(CAUSES[2], CAUSES[0]),
+        swapped(CAUSE_OF, CAUSES[2], CAUSES[0]),
     ),
     Misconception(
         "radius for repeating",
         "the small radius and the repeating taken for each other: repeating eats inwards from borders and widens "
         "holes, a radius that is too small leaves points sprinkled everywhere",
-        _swapped(CAUSES[1], CAUSES[4]),
+        swapped(CAUSE_OF, CAUSES[1], CAUSES[4]),
     ),
     Misconception(
         "exchanged for radius",
         "the exchanged mask and the small radius taken for each other: an exchanged mask keeps the strays and hardly "
         "any desk",
-        _swapped(CAUSES[3], CAUSES[1]),
+        swapped(CAUSE_OF, CAUSES[3], CAUSES[1]),
     ),
 )
 

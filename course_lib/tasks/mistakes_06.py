@@ -5,9 +5,8 @@ Each source is the plain solution with one thing wrong, built from parts, so tha
 
 from __future__ import annotations
 
-from itertools import combinations
-
 from course_lib.tasks.core import Misconception
+from course_lib.tasks.mistakes import left_in, swapped
 
 
 def _wrong_tries(good: str = "inlier_share**sample", number: str = "np.log(1 - confidence) / np.log(1 - good)",
@@ -138,7 +137,7 @@ FIT_MISTAKES = (
 
 _GIVEN_MISTAKES = {
     "length": ("", " / np.linalg.norm(normal)",
-               "a distance not divided by the length of the normal: this plane's normal is not of length 1"),
+               "a distance not divided by the length of the normal, which is not 1 here"),
     "offset": ("- d", "+ d", "d subtracted: the plane is n · x + d = 0, so d is added"),
     "side": ("np.abs(height)", "height * np.sign(d)",
              "heights without a sign, so what lies below the floor stands on it: the camera, at the origin, is above"),
@@ -162,16 +161,7 @@ _HEIGHTS = (
     "    return {}\n"
 )
 
-HEIGHT_MISTAKES = tuple(
-    Misconception(
-        " and ".join(left) + " left in",
-        "; and ".join(_GIVEN_MISTAKES[key][2] for key in left) if len(left) < 3 else
-        "the given code with all three mistakes in it: the normal's length, the sign of d, and the side that is up",
-        _wrong_heights(left),
-    )
-    for count in (1, 2, 3)
-    for left in combinations(_GIVEN_MISTAKES, count)
-) + (
+HEIGHT_MISTAKES = left_in({name: said for name, (_, _, said) in _GIVEN_MISTAKES.items()}, _wrong_heights) + (
     Misconception(
         "side left to the normal",
         "heights on whichever side the normal points to: it may point down; the camera, at the origin, is above",
@@ -225,52 +215,45 @@ CAUSE_OF = {
 }
 
 
-def _swapped(a: str, b: str) -> str:
-    """Learner code that takes two causes for each other and has the others right."""
-    other = {a: b, b: a}
-    answer = {letter: other.get(cause, cause) for letter, cause in CAUSE_OF.items()}
-    return f"def causes():\n    return {answer!r}\n"
-
-
 WHICH_MISTAKES = (
     Misconception(
         "largest eigenvector for the mean",
         "the largest eigenvector and the missing mean taken for each other: without the mean, the plane goes "
         "through the camera",
-        _swapped(CAUSES[0], CAUSES[1]),
+        swapped(CAUSE_OF, CAUSES[0], CAUSES[1]),
     ),
     Misconception(
         "outliers for the threshold",
         "outliers in the fit and a large threshold taken for each other: the table says how many points were used",
-        _swapped(CAUSES[2], CAUSES[5]),
+        swapped(CAUSE_OF, CAUSES[2], CAUSES[5]),
     ),
     Misconception(
         "least squares in z for the threshold",
         "least squares in z and a large threshold taken for each other: the former used the right points and leans all "
         "the same",
-        _swapped(CAUSES[3], CAUSES[5]),
+        swapped(CAUSE_OF, CAUSES[3], CAUSES[5]),
     ),
     Misconception(
         "least squares in z for outliers",
         "least squares in z and outliers taken for each other: the former used the right points and leans all the same",
-        _swapped(CAUSES[3], CAUSES[2]),
+        swapped(CAUSE_OF, CAUSES[3], CAUSES[2]),
     ),
     Misconception(
         "least squares in z for the mean",
         "least squares in z and the missing mean taken for each other: without the mean, the plane goes through the "
         "camera; least squares in z goes through the middle of its points",
-        _swapped(CAUSES[3], CAUSES[0]),
+        swapped(CAUSE_OF, CAUSES[3], CAUSES[0]),
     ),
     Misconception(
         "offset for the mean",
         "the wrong sign of d and the missing mean taken for each other: a wrong sign leaves the normal right and moves "
         "the plane off the board",
-        _swapped(CAUSES[4], CAUSES[0]),
+        swapped(CAUSE_OF, CAUSES[4], CAUSES[0]),
     ),
     Misconception(
         "offset for the largest eigenvector",
         "the wrong sign of d and the largest eigenvector taken for each other: a wrong sign leaves the normal right",
-        _swapped(CAUSES[4], CAUSES[1]),
+        swapped(CAUSE_OF, CAUSES[4], CAUSES[1]),
     ),
 )
 

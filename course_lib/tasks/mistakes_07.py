@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from itertools import combinations
-
 from course_lib.tasks.core import Misconception
+from course_lib.tasks.mistakes import left_in, swapped
 
 
 def _wrong_total(line: str, start: str = "np.eye(4)", after: str = "T") -> str:
@@ -148,15 +147,7 @@ def _wrong_step(left: tuple[str, ...], reject: str = "distance <= radius", share
     )
 
 
-MEND_MISTAKES = tuple(
-    Misconception(
-        " and ".join(left) + " left in",
-        "; and ".join(_GIVEN_MISTAKES[key][2] for key in left),
-        _wrong_step(left),
-    )
-    for count in (1, 2, 3)
-    for left in combinations(_GIVEN_MISTAKES, count)
-) + (
+MEND_MISTAKES = left_in({name: said for name, (_, _, said) in _GIVEN_MISTAKES.items()}, _wrong_step) + (
     Misconception(
         "share of the target",
         "a fitness that divides by the target's points: it is a share of the source's",
@@ -186,29 +177,22 @@ CAUSE_OF = {
 }
 
 
-def _swapped(a: str, b: str) -> str:
-    """Learner code that takes two causes for each other and has the others right."""
-    other = {a: b, b: a}
-    answer = {letter: other.get(cause, cause) for letter, cause in CAUSE_OF.items()}
-    return f"def causes():\n    return {answer!r}\n"
-
-
 WHICH_MISTAKES = (
     Misconception(
         "transposed for inverse",
         "a transposed rotation and the inverse taken for each other: with the mean where it belongs, only the rotation "
         "is transposed; the inverse moves the mean away",
-        _swapped(CAUSES[0], CAUSES[3]),
+        swapped(CAUSE_OF, CAUSES[0], CAUSES[3]),
     ),
     Misconception(
         "translation for one step",
         "a wrong translation and an early end taken for each other: a wrong translation leaves the rotation right",
-        _swapped(CAUSES[1], CAUSES[4]),
+        swapped(CAUSE_OF, CAUSES[1], CAUSES[4]),
     ),
     Misconception(
         "transposed for reflection",
         "a transposed rotation and a reflection taken for each other: look at the determinant",
-        _swapped(CAUSES[0], CAUSES[2]),
+        swapped(CAUSE_OF, CAUSES[0], CAUSES[2]),
     ),
 )
 

@@ -190,9 +190,9 @@ def icp_step(source, target, T, radius):
 check("07-3", icp_step)
 
 # %% [markdown]
-# And on two raw scans of the Stanford bunny, thinned. They begin as the scanner stored them, one turned by 45 degrees; we undo most of
-# that, as a person would by hand, and your step does the rest. (Here the old pose is nearly no turn, so a step on the wrong side does no harm:
-# the check does find it.)
+# And on two raw scans of the Stanford bunny, thinned. They begin as the scanner stored them, one turned against the other; we undo most of
+# that, as a person would by hand, and your step does the rest. (Here a step on the wrong side goes astray by the turn between the scans
+# and still comes closer: this pair forgives it, the check does not.)
 
 # %% tags=["real-data"]
 # real data: stanford_bunny

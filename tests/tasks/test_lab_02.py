@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import re
 import struct
 from pathlib import Path
@@ -10,28 +9,19 @@ from pathlib import Path
 import numpy as np
 import open3d as o3d
 import pytest
+from lesson_helpers import functions_in, functions_of
 
 from course_lib import pointcloud, tasks, transforms
 from course_lib.tasks.sources import forbidden
 
 ROOT = Path(__file__).parents[2]
-LESSON = ROOT / "notebooks" / "source" / "02_point_clouds.py"
 LAB = ROOT / "solutions" / "source" / "02_point_clouds.py"
-
-
-def _functions(path: Path, wanted: tuple[str, ...]) -> dict:
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    functions = [node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name in wanted]
-    assert {function.name for function in functions} == set(wanted)
-    namespace: dict = {"np": np, "struct": struct}
-    exec(compile(ast.Module(functions, []), str(path), "exec"), namespace)
-    return namespace
 
 
 @pytest.fixture(scope="module")
 def lesson() -> dict:
     """The functions that the lesson defines, by name."""
-    return _functions(LESSON, ("count", "row_of", "point_at", "meet", "apply", "invert", "careless_invert"))
+    return functions_of("02", "count row_of point_at meet apply invert careless_invert", np=np, struct=struct)
 
 
 @pytest.fixture(scope="module")
@@ -180,7 +170,7 @@ def test_the_labs_reader_reads_the_real_message():
     structured = np.zeros(office.shape[:2], pointcloud.POINT_TYPES["PointXYZRGB"])
     structured["x"], structured["y"], structured["z"] = np.moveaxis(office, -1, 0)
     message = pointcloud.to_message(structured, row_padding=64)
-    read_points = _functions(LAB, ("read_points",))["read_points"]
+    read_points = functions_in(LAB, "read_points", np=np, struct=struct)["read_points"]
     xyz = read_points(
         np.frombuffer(message.data, np.uint8), message.height, message.width, message.point_step, message.row_step,
         message.fields[0].offset, message.is_bigendian,
@@ -214,12 +204,13 @@ def test_repeated_rows_are_no_misconception(answer):
 def test_few_says_the_learners_own_distance():
     task = tasks.get("02-5")
     case = tasks.fresh(task, 0)[0]
-    assert re.search(r"\(yours: \d+ mm\)\.$", task.judge(case, np.arange(60)).message)
+    said = task.judge(case, np.arange(60)).message
+    assert re.match(r"The loneliest point's distance is \d+ mm, in no band yet", said)
 
 
 def test_farthest_point_sampling_reaches_the_highest_band_and_blind_rows_do_not():
     task = tasks.get("02-5")
-    few = _functions(LAB, ("few",))["few"]
+    few = functions_in(LAB, "few", np=np, struct=struct)["few"]
     for seed in range(5):
         cases = tasks.fresh(task, seed)
         assert tasks.judge_all(task, cases, tasks.run_all(few, cases)).score == 1

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import re
 from pathlib import Path
 
@@ -10,24 +9,19 @@ import cv2
 import numpy as np
 import open3d as o3d
 import pytest
+from lesson_helpers import functions_of, lesson_source, load
 
 from course_lib import cameras, tasks, transforms
 from course_lib.tasks.mistakes_03 import CAUSE_OF
 
 ROOT = Path(__file__).parents[2]
-LESSON = ROOT / "notebooks" / "source" / "03_depth_to_points.py"
 LAB = ROOT / "solutions" / "source" / "03_depth_to_points.py"
 
 
 @pytest.fixture(scope="module")
 def lesson() -> dict:
-    """The functions that the lesson defines, by name."""
-    tree = ast.parse(LESSON.read_text(encoding="utf-8"))
-    wanted = ("project", "focal_length", "deproject", "by_default", "outlines", "agreement")
-    functions = [node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name in wanted]
-    namespace: dict = {"np": np, "cv2": cv2, "o3d": o3d}
-    exec(compile(ast.Module(functions, []), str(LESSON), "exec"), namespace)
-    return namespace
+    names = "project focal_length deproject by_default outlines agreement"
+    return functions_of("03", names, np=np, cv2=cv2, o3d=o3d)
 
 
 @pytest.fixture(scope="module")
@@ -115,20 +109,12 @@ def test_open3d_truncates_at_three_metres_by_default(lesson):
     assert (kept > 0).mean() == pytest.approx(2.5 / 5.5, abs=1e-3)
 
 
-def _load(name: str):
-    from course_lib.notebook import data
-
-    if not data.available(name):
-        pytest.skip(f"the real data {name} are not on this machine")
-    return data.load(name)
-
-
 @pytest.mark.parametrize(
     ("name", "points", "median", "dropped"),
     [("tum_pair", 248_250, 2.415, 8.18), ("sun_pair", 251_188, 2.723, 37.74), ("redwood_frames", 267_129, 1.861, 0.0)],
 )
 def test_real_pairs(lesson, name, points, median, dropped):
-    frame = _load(name).frames[0]
+    frame = load(name).frames[0]
     k = frame.camera
     lifted = lesson["deproject"](frame.depth, k.fx, k.fy, k.cx, k.cy)
     measured = np.isfinite(lifted).all(axis=-1)
@@ -142,14 +128,14 @@ def test_real_pairs(lesson, name, points, median, dropped):
     ("name", "index"), [("tum_pair", 0), ("sun_pair", 0), ("redwood_frames", 0), ("realsense_planes", 1)]
 )
 def test_registered_recordings_agree_best_as_stored(lesson, name, index):
-    frame = _load(name).frames[index]
+    frame = load(name).frames[index]
     curve = {zoom: lesson["agreement"](frame.color, frame.depth, zoom / 10) for zoom in range(8, 21)}
     assert max(curve, key=curve.get) == 10
     assert curve[10] > 0.68
 
 
 def test_the_unregistered_recording_is_found_out(lesson):
-    frame = _load("realsense_slam").frames[4]
+    frame = load("realsense_slam").frames[4]
     curve = {zoom: lesson["agreement"](frame.color, frame.depth, zoom / 10) for zoom in range(8, 21)}
     assert curve[10] == pytest.approx(0.52, abs=0.02), "no better than chance, 0.5"
     assert max(curve, key=curve.get) in (15, 16, 17)
@@ -161,7 +147,7 @@ def test_the_stickers_of_break_it_lie_across_the_image(lesson):
     from course_lib.notebook import data
 
     room = data.load("living_room")
-    number = int(re.search(r"room\.frames\[(\d+)\]", LESSON.read_text(encoding="utf-8"))[1])
+    number = int(re.search(r"room\.frames\[(\d+)\]", lesson_source("03").read_text(encoding="utf-8"))[1])
     frame, c = room.frames[number], room.camera
     stickers = np.array([[-0.65, -0.22, 0.75], [0.65, -0.22, 0.75]])
     points = transforms.apply(transforms.invert(frame.T_world_camera), stickers)

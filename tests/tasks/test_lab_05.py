@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import ast
 import re
 from pathlib import Path
 
 import numpy as np
 import open3d as o3d
 import pytest
+from lesson_helpers import functions_of
 from scipy.spatial import cKDTree
 
 from course_lib import clusters, metrics, outliers, pointcloud, tasks, transforms
@@ -18,7 +18,6 @@ from course_lib.tasks.judging import load_source
 from course_lib.tasks.mistakes_05 import CAUSE_OF, CAUSES
 
 ROOT = Path(__file__).parents[2]
-LESSON = ROOT / "notebooks" / "source" / "05_outliers.py"
 LAB = ROOT / "solutions" / "source" / "05_outliers.py"
 LAB_TASKS = {task.number: task for task in tasks.lab("05")}
 TUNED = (0.025, 500, 3.5)  # what the lesson's cell finds on desks 0 to 2
@@ -26,14 +25,8 @@ TUNED = (0.025, 500, 3.5)  # what the lesson's cell finds on desks 0 to 2
 
 @pytest.fixture(scope="module")
 def lesson() -> dict:
-    """The functions that the lesson defines, by name."""
-    tree = ast.parse(LESSON.read_text(encoding="utf-8"))
-    wanted = ("score", "mean_distances", "usual", "count_within", "grow_clusters", "by_coordinates", "by_open3d")
-    functions = [node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name in wanted]
-    assert {function.name for function in functions} == set(wanted)
-    namespace: dict = {"np": np, "o3d": o3d, "cKDTree": cKDTree, "FLYING": FLYING}
-    exec(compile(ast.Module(functions, []), str(LESSON), "exec"), namespace)
-    return namespace
+    names = "score mean_distances usual count_within grow_clusters by_coordinates by_open3d"
+    return functions_of("05", names, np=np, o3d=o3d, cKDTree=cKDTree, FLYING=FLYING)
 
 
 @pytest.fixture(scope="module")
@@ -262,7 +255,7 @@ def test_the_card_of_a_cleaned_desk_names_what_was_left_in_and_what_was_lost():
     assert "0 % of flying pixels, 100 % of the reflection" in message
     assert "100 % of rod and cable" in message and "keep 95 %" in message
     nearly = task.judge(case, kinds < FLYING).message
-    assert nearly.startswith("F1 is 100 % (3.0 points over 97).")
+    assert nearly.startswith("F1 is 100%, over 97%. Left in: ")
 
 
 def test_a_desk_cleaned_almost_like_a_known_mistake_is_told_its_name():

@@ -2,46 +2,33 @@
 
 from __future__ import annotations
 
-import ast
 import re
 from pathlib import Path
 
 import numpy as np
 import pytest
+from lesson_helpers import functions_of, load
 from scipy.spatial import cKDTree
 
 from course_lib import downsample, floors, metrics, normals, planes, pointcloud, tasks, transforms
 from course_lib.tasks.mistakes_06 import CAUSE_OF
 
 ROOT = Path(__file__).parents[2]
-LESSON = ROOT / "notebooks" / "source" / "06_planes.py"
 LAB = ROOT / "solutions" / "source" / "06_planes.py"
-WANTED = ("fit_plane", "board", "degrees_between", "fit_in_z", "plane_through", "ransac", "tries_needed", "settle",
-          "highlight", "score", "variation")  # fmt: skip
 
 
 @pytest.fixture(scope="module")
 def lesson() -> dict:
-    """The functions that the lesson defines, by name."""
-    tree = ast.parse(LESSON.read_text(encoding="utf-8"))
-    functions = [node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name in WANTED]
-    assert {function.name for function in functions} == set(WANTED)
-    space: dict = {"np": np, "cKDTree": cKDTree, "planes": planes, "pointcloud": pointcloud, "transforms": transforms}
-    exec(compile(ast.Module(functions, []), str(LESSON), "exec"), space)
-    return space
-
-
-def _load(name: str):
-    from course_lib.notebook import data
-
-    if not data.available(name):
-        pytest.skip(f"the real data {name} are not on this machine")
-    return data.load(name)
+    names = (
+        "fit_plane board degrees_between fit_in_z plane_through ransac tries_needed settle highlight score variation"
+    )
+    modules = {"planes": planes, "pointcloud": pointcloud, "transforms": transforms}
+    return functions_of("06", names, np=np, cKDTree=cKDTree, **modules)
 
 
 @pytest.fixture(scope="module")
 def desk():
-    return _load("lettered_box")
+    return load("lettered_box")
 
 
 @pytest.fixture(scope="module")
@@ -118,7 +105,7 @@ def test_ransac_then_settle(lesson, seed):
 
 @pytest.mark.parametrize("number", [0, 15, 29])
 def test_the_rooms_floor_is_removed(number):
-    room = _load("living_room")
+    room = load("living_room")
     frame = room.frames[number]
     points = pointcloud.from_frame(frame, world=True).points
     label = np.array(room.truth["label_names"])[room.truth["labels"][number][frame.depth > 0]]
@@ -132,7 +119,7 @@ def test_the_rooms_floor_is_removed(number):
 
 def test_one_threshold_does_not_fit_all_distances():
     """Of the far wall half is found, of the near rug nearly all."""
-    room = _load("living_room")
+    room = load("living_room")
     frame = room.frames[15]
     points = pointcloud.from_frame(frame, world=True).points[::10]
     label = np.array(room.truth["label_names"])[room.truth["labels"][15][frame.depth > 0]][::10]
@@ -249,7 +236,7 @@ def test_three_times_the_noise_is_too_much_beside_a_parallel_surface(front):
 
 def test_pcls_plane_test_and_its_third_ratio():
     """With its threshold of 30 mm the third ratio depends on the seed, with 10 mm all three are the reference's."""
-    points = _load("pcl_tests").clouds["sac_plane_test"].points.astype(float)
+    points = load("pcl_tests").clouds["sac_plane_test"].points.astype(float)
     reference, ratio = np.array([-0.8964, -0.5868, -1.208]), {}
     for threshold in (0.03, 0.01):
         found = [planes.find_plane(points, threshold, seed=seed)[0] for seed in range(20)]
@@ -261,7 +248,7 @@ def test_pcls_plane_test_and_its_third_ratio():
 
 
 def test_a_real_box_stands_on_a_real_floor():
-    frame = _load("realsense_planes").frames[10]
+    frame = load("realsense_planes").frames[10]
     cloud = pointcloud.from_frame(frame)
     floor = floors.find_floor(cloud.points, 0.01, up=(0, -1, 0), most_degrees=30)
     height = floors.heights_above(cloud.points, floor, up=(0, -1, 0))

@@ -2,28 +2,19 @@
 
 from __future__ import annotations
 
-import ast
-from pathlib import Path
-
 import numpy as np
 import pytest
+from lesson_helpers import functions_of, load
 from scipy.spatial import cKDTree
 
 from course_lib import registration, transforms
 from course_lib.notebook import data
 
-LESSON = Path(__file__).parents[2] / "notebooks" / "source" / "07_icp.py"
-
 
 @pytest.fixture(scope="module")
 def lesson() -> dict:
-    """The functions that the lesson defines, by name."""
-    tree = ast.parse(LESSON.read_text(encoding="utf-8"))
-    wanted = ("best_rigid", "icp_to_points", "normals_of", "step_to_planes", "tukey", "thinned")
-    functions = [node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name in wanted]
-    namespace: dict = {"np": np, "cKDTree": cKDTree, "transforms": transforms}
-    exec(compile(ast.Module(functions, []), str(LESSON), "exec"), namespace)
-    return namespace
+    names = "best_rigid icp_to_points normals_of step_to_planes tukey thinned"
+    return functions_of("07", names, np=np, cKDTree=cKDTree, transforms=transforms)
 
 
 def test_best_rigid_is_the_librarys_and_never_a_mirror(lesson):
@@ -92,7 +83,7 @@ def test_a_count_of_pairs_does_not_tell_a_wrong_pose():
 
 @pytest.fixture(scope="module")
 def lidar(lesson) -> tuple:
-    pair = data.load("lidar_pair")
+    pair = load("lidar_pair")
     clouds = (pair.clouds[name].points.astype(float) for name in ("source", "target"))
     source, target = (lesson["thinned"](c[np.linalg.norm(c, axis=1) > 0], 0.2) for c in clouds)
     return source, target, lesson["normals_of"](target, 20), pair.reference["T_target_source"]
@@ -115,7 +106,7 @@ def test_lidar_with_one_fixed_radius_fails(lidar):
 
 
 def test_two_raw_bunny_scans(lesson):
-    bunny = data.load("stanford_bunny")
+    bunny = load("stanford_bunny")
     poses = bunny.reference["scan_poses"]
     T = transforms.compose(transforms.invert(poses["bun000"]), poses["bun045"])
     still, scan = (bunny.clouds[name].points.astype(float) for name in ("bun000", "bun045"))
