@@ -93,7 +93,7 @@ def fit_rigid(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = 
         raise ValueError(f"source: a rigid motion needs 3 pairs of points, there are {len(p)}.")
     start_p, start_q = np.eye(4), np.eye(4)
     start_p[:3, 3], start_q[:3, 3] = -p[0], q[0]  # about one of the points, so that sums of products keep their digits
-    T = _fit_rigid(p - p[0], q - q[0], w)
+    T = _fit_rigid((p - p[0]).T, (q - q[0]).T, w)
     if T is None:
         raise ValueError("source: the points lie on a line (or are all equal), and any turn about it fits as well.")
     return transforms.compose(start_q, T, start_p)
@@ -102,11 +102,11 @@ def fit_rigid(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = 
 def _fit_rigid(
     p: NDArray[np.float64], q: NDArray[np.float64], w: NDArray[np.float64] | None
 ) -> NDArray[np.float64] | None:
-    """The motion from p to q, both about some point near them; None where the pairs leave a turn open."""
-    each = np.ones(len(p)) if w is None else w
-    total = each.sum()
-    mean_p, mean_q = each @ p / total, each @ q / total
-    cross = q.T @ (p if w is None else p * w[:, None]) - total * np.outer(mean_q, mean_p)
+    """The motion from p to q (3, N), both about some point near them; None where the pairs leave a turn open."""
+    weighted, total = (p, p.shape[1]) if w is None else (p * w, w.sum())
+    mean_p, mean_q = weighted.sum(axis=1) / total, (q if w is None else q * w).sum(axis=1) / total
+    # einsum and not @ here and below: see Partners
+    cross = np.einsum("in,jn->ij", q, weighted) - total * np.outer(mean_q, mean_p)
     U, s, Vt = np.linalg.svd(cross)
     if s[1] <= RANK * s[0] or s[0] == 0:
         return None
@@ -147,26 +147,25 @@ def fit_rigid_to_planes(
         raise ValueError(f"normals: expected one a target point, shape {q.shape}, got {n.shape}.")
     if len(p) < 6:
         raise ValueError(f"source: a step to planes has 6 unknowns and needs 6 pairs, there are {len(p)}.")
-    return _fit_planes(p, q, n, w)
+    return _fit_planes(p.T, q.T, n.T, w)
 
 
 def _fit_planes(
     p: NDArray[np.float64], q: NDArray[np.float64], n: NDArray[np.float64], w: NDArray[np.float64] | None
 ) -> NDArray[np.float64]:
+    """One step from p to the planes at q with normals n, all (3, N)."""
     # about the middle of the points and in their size, so that turns and shifts are numbers of one kind
-    middle = np.ones(len(p)) @ p / len(p)
-    x, y, z = (p - middle).T
-    size = float(np.sqrt((x @ x + y @ y + z @ z) / len(p))) or 1.0
-    i, j, k = np.ascontiguousarray(n.T)
-    rows = np.empty((6, len(p)))
-    rows[0], rows[1], rows[2] = y * k - z * j, z * i - x * k, x * j - y * i
+    middle = p.mean(axis=1)
+    x, y, z = p - middle[:, None]
+    size = float(np.sqrt((x * x + y * y + z * z).mean())) or 1.0
+    i, j, k = n
+    rows = np.stack([y * k - z * j, z * i - x * k, x * j - y * i, i, j, k])
     rows[:3] /= size
-    rows[3], rows[4], rows[5] = i, j, k
-    off = np.einsum("ij,ij->i", q - p, n)
+    off = np.einsum("in,in->n", q - p, n)
     weighted = rows if w is None else rows * w
-    values, vectors = np.linalg.eigh(weighted @ rows.T)
+    values, vectors = np.linalg.eigh(np.einsum("in,jn->ij", weighted, rows))
     kept = values > RANK * values[-1]
-    step = vectors[:, kept] @ ((vectors[:, kept].T @ (weighted @ off)) / values[kept])
+    step = vectors[:, kept] @ ((vectors[:, kept].T @ np.einsum("in,n->i", weighted, off)) / values[kept])
     T = np.eye(4)
     T[:3, :3] = rotations.exp(np.concatenate([np.zeros(3), step[:3] / size]))[:3, :3]
     T[:3, 3] = middle + step[3:] - T[:3, :3] @ middle
@@ -235,7 +234,7 @@ def icp(
     if not radii or min(radii) <= 0:
         raise ValueError("radius: expected a positive distance in metres, or several.")
     middle = np.eye(4)  # all is done about the middle of the target, so that no digits are lost far from the origin
-    middle[:3, 3] = np.ones(len(q)) @ q / len(q)
+    middle[:3, 3] = q.mean(axis=0)
     T = transforms.compose(transforms.invert(middle), T, middle)
     partners = Partners(q - middle[:3, 3], n, p[morton_order(p)] - middle[:3, 3])
     done: list[IcpStep] = []
@@ -269,21 +268,21 @@ def _step(
             f"radius: {len(found)} source points have a target point within {radius:g} m, and a step needs {least}; "
             "begin nearer, or with a larger radius."
         )
-    which = found if len(found) < len(distance) else slice(None)
-    p, q, distance = partners.moved[which], partners.points[which], distance[which]
-    normals = partners.normals
+    p, q, normals = partners.moved, partners.points, partners.normals
+    if len(found) < len(distance):
+        p, q, distance = p.take(found, axis=1), q.take(found, axis=1), distance.take(found)
+        normals = None if normals is None else normals.take(found, axis=1)
     if normals is None:
         step = _fit_rigid(p, q, robust_weights(distance, kernel))
         if step is None:
             raise ValueError("source: its paired points lie on a line, and any turn about it fits as well.")
     else:
-        n = normals[which]
-        weights = robust_weights(np.abs(np.einsum("ij,ij->i", q - p, n)), kernel) if kernel != "none" else None
-        step = _fit_planes(p, q, n, weights)
+        off = np.abs(np.einsum("in,in->n", q - p, normals)) if kernel != "none" else distance
+        step = _fit_planes(p, q, normals, robust_weights(off, kernel))
     angle = float(np.arccos(np.clip((np.trace(step[:3, :3]) - 1) / 2, -1, 1)))
-    middle = np.ones(len(p)) @ p / len(p)
+    middle = p.mean(axis=1)
     shift = float(np.linalg.norm(step[:3, :3] @ middle + step[:3, 3] - middle))
-    return step, IcpStep(radius, len(found), float(np.sqrt(distance @ distance / len(found))), angle, shift)
+    return step, IcpStep(radius, len(found), float(np.sqrt((distance * distance).mean())), angle, shift)
 
 
 def _pairs(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None) -> tuple:
