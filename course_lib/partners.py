@@ -14,6 +14,8 @@ from course_lib.neighbours import Neighbours
 
 __all__ = ["Partners"]
 
+FARTHER = 1.25  # times the radius: so far the tree looks, so that a point that has no partner need not ask every time
+
 
 class Partners:
     """The nearest target point of each source point, asked for again only where it may have changed.
@@ -44,7 +46,7 @@ class Partners:
         self._sorted_normals = None if normals is None else np.ascontiguousarray(normals[self.near.order].T)
         self._seen = np.full_like(self._source, np.inf)  # where each point lay when its partner was found
         self._place = np.zeros(len(source), dtype=np.intp)  # its partner in near.sorted
-        self._none = np.ones(len(source), dtype=bool)  # that have no partner within twice the radius
+        self._none = np.ones(len(source), dtype=bool)  # that have no partner within FARTHER radii
         self._others = np.full(len(source), -1.0)  # how far off all other target points were then, at least
         self._radius = 0.0
 
@@ -73,14 +75,14 @@ class Partners:
 
     def _ask(self, which: NDArray[np.intp]) -> None:
         """Find partners by the tree."""
-        beyond = 2 * self._radius
+        beyond = FARTHER * self._radius
         asked = np.ascontiguousarray(self.moved.take(which, axis=1).T)
         distance, place = self.near.places(asked, min(2, len(self.near)), beyond)
         none = place[:, 0] == len(self.near)
         others = np.minimum(distance[:, 1], beyond) if len(self.near) > 1 else np.full(len(which), beyond)
-        # a point without a partner within 2 radius has none within 1 radius either while it moves by less than 1
         self._place[which] = np.where(none, 0, place[:, 0])
-        self._others[which] = np.where(none, self._radius, others)
+        others[none] = beyond - self._radius  # a way over which none can come within the radius
+        self._others[which] = others
         self._none[which] = none
         _put(self._seen, which, asked.T)
 

@@ -50,10 +50,15 @@ def _plane() -> list[Case]:
 
 
 def _two_clouds(n: int, per_area: float | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Source, target and the target's normals: two independent samples of the surface, turned and shifted."""
+    """Source, target and the target's normals: two independent samples of the surface, turned and shifted.
+
+    At a given density a larger field is turned by less, so that its corners are as many spacings off as those of the
+    50,000 points: else a larger field is a harder problem, and most of its points have no partner within reach at all.
+    """
     target, other = inputs.field(n, 1, per_area), inputs.field(n, 2, per_area)
     middle = target.mean(axis=0)
-    turn = transforms.rotation_z(np.radians(TURN_DEGREES))
+    smaller = 1.0 if per_area is None else inputs.SIDE / np.sqrt(n / per_area)
+    turn = transforms.rotation_z(np.radians(TURN_DEGREES * smaller))
     shifted = transforms.apply(turn, other - middle) + middle + np.array([SHIFT, 0, 0])
     return shifted, target, inputs.slope_normals(target)
 

@@ -15,6 +15,7 @@ from course_lib import downsample, normals, registration, transforms
 from course_lib.classroom import inputs
 from course_lib.neighbours import spacing
 from course_lib.notebook import data
+from course_lib.partners import Partners
 from course_lib.registration import fit_rigid, fit_rigid_to_planes, icp
 
 open3d = pytest.mark.skipif(importlib.util.find_spec("open3d") is None, reason="Open3D is not installed")
@@ -325,6 +326,26 @@ def test_partners_kept_from_earlier_steps_are_the_nearest_ones(to_planes):
     for _ in range(8):
         T = icp(source, target, 0.4, given_normals, initial=T, steps=1, tolerance=0.0).T_target_source
     assert apart(icp(source, target, 0.4, given_normals, steps=8, tolerance=0.0).T_target_source, T, source) < 1e-9
+
+
+@settings(max_examples=60)
+@given(SEEDS, st.integers(1, 40), st.lists(st.tuples(st.floats(0, 1), st.floats(0.05, 3)), min_size=2, max_size=8))
+def test_partners_on_any_way_are_those_of_brute_force(seed, n, way):
+    """Large moves and small ones, radii that shrink and grow, points that lose their partner and find another."""
+    rng = np.random.default_rng(seed)
+    source, target = rng.uniform(-2, 2, (40, 3)), rng.uniform(-1, 1, (n, 3))
+    partners, T = Partners(target, None, source), np.eye(4)
+    for size, radius in way:
+        T = transforms.compose(transforms.random(rng, 60 * size**3, 2 * size**3), T)
+        distance = partners.find(T, radius)
+        moved = transforms.apply(T, source)
+        true = np.linalg.norm(moved[:, None] - target[None], axis=-1).min(axis=1)
+        inside = true <= radius
+        np.testing.assert_array_equal(distance <= radius, inside)
+        np.testing.assert_allclose(distance[inside], true[inside], rtol=0, atol=1e-12)
+        np.testing.assert_allclose(partners.moved.T, moved, rtol=0, atol=1e-12)
+        to_partner = np.linalg.norm((partners.points - partners.moved).T, axis=1)
+        np.testing.assert_allclose(to_partner[inside], true[inside], rtol=0, atol=1e-12)
 
 
 @settings(max_examples=8)
