@@ -250,8 +250,8 @@ picture(fig, alt=f"The share of runs that have met a sample of inliers only: {10
 
 # %%
 def settle(points, inliers, threshold):
-    """Fit to the inliers, collect the inliers of that fit, and once more."""
-    for _ in range(2):
+    """Fit to the inliers, collect the inliers of that fit; three times."""
+    for _ in range(3):
         normal, d = fit_plane(points[inliers])
         inliers = np.abs(points @ normal + d) <= threshold
     return normal, d, inliers
@@ -262,6 +262,7 @@ points = np.vstack([points, rng.uniform([-1, -1, 1], [1, 0.2, 2], (4000, 3))])  
 inliers = ransac(points, 0.015, tries_needed(0.6), np.random.default_rng(1))
 raw = fit_plane(points[inliers])[0]
 settled, _, agreed = settle(points, inliers, 0.015)
+o3d.utility.set_max_threads(1)  # RANSAC repeats on one thread
 o3d.utility.random.seed(6)
 theirs, by_open3d = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points)).segment_plane(0.015, 3, 200)
 plane, ours = planes.find_plane(points, 0.015)
@@ -272,7 +273,7 @@ report_table([["fit to all points", len(points), degrees_between(everything, tru
               ["Open3D segment_plane", len(by_open3d), degrees_between(np.asarray(theirs[:3]), true)],
               ["the library's find_plane", int(ours.sum()), degrees_between(plane.normal, true)]],
              columns=["method", "inliers", "normal off by (degrees)"], digits=2, smallest=0.1)
-assert degrees_between(settled, np.asarray(theirs[:3])) < 0.2
+assert degrees_between(settled, np.asarray(theirs[:3])) < 0.1
 
 # %% [markdown]
 # The formula counts samples without outliers; it knows nothing of noise. A plane through three good points has the noise of three points, leans a
