@@ -21,7 +21,7 @@ from .records import Record
 __all__ = ["WorkerProcess", "good_workers", "grade_jobs"]
 
 ROOT = Path(__file__).resolve().parents[3]
-COMMAND = ("-P", "-m", "course_lib.classroom.grading.worker")
+COMMAND = ("-P", "-m", "course_lib.classroom.grading.tied")
 SECONDS_TO_END = 5
 TRIES = 3
 """So often is an infrastructure failure tried before it is left in the ledger as one."""

@@ -12,7 +12,6 @@ import os
 import select
 import shutil
 import signal
-import sys
 import tempfile
 import time
 from typing import Any
@@ -24,6 +23,7 @@ from course_lib import tasks
 from .limits import Limits
 from .one import failed_record, grade_one, load_data, prepare
 from .records import Record
+from .tied import die_with_parent
 
 __all__ = ["main"]
 
@@ -33,7 +33,6 @@ SLACK_SECONDS = 60
 
 def main() -> None:
     """Read jobs until the input ends."""
-    _die_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that gives the jobs
     jobs = os.fdopen(os.dup(0), "rb")
     records = os.fdopen(os.dup(1), "wb")
@@ -60,7 +59,7 @@ def grade_apart(job: dict[str, Any]) -> Record:
         try:
             tempfile.tempdir = place
             os.setsid()
-            _die_with_parent()
+            die_with_parent()
             signal.signal(signal.SIGINT, signal.SIG_DFL)
             with os.fdopen(writer, "wb") as out:
                 out.write(json.dumps(grade_one(job)).encode())
@@ -118,19 +117,3 @@ def _end(child: int) -> None:
     except ProcessLookupError:
         pass
     os.waitpid(child, 0)
-
-
-def _die_with_parent() -> None:
-    """Ask Linux to end this process when the one that started it ends, so that a killed grader leaves nothing."""
-    if sys.platform != "linux":
-        return
-    import ctypes
-
-    parent = os.getppid()
-    ctypes.CDLL(None, use_errno=True).prctl(1, signal.SIGKILL)
-    if os.getppid() != parent:
-        os._exit(1)
-
-
-if __name__ == "__main__":
-    main()

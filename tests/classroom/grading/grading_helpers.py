@@ -5,9 +5,12 @@ from __future__ import annotations
 import base64
 import hashlib
 import os
+import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import nbformat
+import psutil
 import pytest
 
 from course_lib.classroom import solutions
@@ -66,3 +69,18 @@ def need_sandbox() -> None:
         if os.environ.get("COURSE_REQUIRE_SANDBOX") == "1":
             pytest.fail(f"the sandbox tests must run here, and cannot: {error}")
         pytest.skip(f"NOT TESTED: no submitted code can be held here: {error}")
+
+
+def alive_after(family: Sequence[psutil.Process], seconds: float = 10) -> list[psutil.Process]:
+    """Those that still run after so long at most; one that has ended and waits to be collected does not run."""
+    end = time.monotonic() + seconds
+    while (alive := [one for one in family if _runs(one)]) and time.monotonic() < end:
+        time.sleep(0.02)
+    return alive
+
+
+def _runs(process: psutil.Process) -> bool:
+    try:
+        return process.is_running() and process.status() != psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return False

@@ -17,7 +17,7 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import NameOID
 from distributed import Client, Security
-from grading_helpers import ROOT, job, need_sandbox, submission
+from grading_helpers import ROOT, alive_after, job, need_sandbox, submission
 
 from course_lib.classroom.grading import pool
 from course_lib.classroom.grading.cluster import grade_on_cluster
@@ -97,7 +97,7 @@ def cluster(certificates, tmp_path):
         for process in processes:
             process.kill()
             process.wait(10)
-        _, alive = psutil.wait_procs(family, timeout=10)
+        alive = alive_after(family)
         for process in alive:
             process.kill()
         assert not alive, [process.cmdline() for process in alive]

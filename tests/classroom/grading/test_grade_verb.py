@@ -7,12 +7,13 @@ import random
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import psutil
 import pytest
 from click.testing import CliRunner
-from grading_helpers import ROOT, need_sandbox, submission
+from grading_helpers import ROOT, alive_after, need_sandbox, submission
 
 from course_lib.classroom.grading import pool, verbs_grade
 from course_lib.classroom.grading.ledger import Ledger
@@ -21,7 +22,7 @@ from course_lib.classroom.grading.sandbox import NoSandbox, probe_sandbox
 
 NAME = "00_start_here.ipynb"
 COUNT = 24
-KILLS = 20
+KILLS, KILLS_AT_WORK = 20, 12
 
 
 @pytest.fixture(autouse=True)
@@ -98,31 +99,46 @@ def test_two_workers_give_the_same(submitted, expected, tmp_path):
 
 @pytest.mark.slow
 def test_killed_twenty_times_it_loses_and_doubles_nothing(submitted, expected, tmp_path):
-    """Killed at random moments (drawn from a fixed seed, from the start to some submissions later), then resumed."""
+    """Killed while it starts, and in the middle of submissions, at moments drawn from a fixed seed; then resumed."""
     rng = random.Random(20)
-    killed = 0
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    for _ in range(KILLS):
-        process = subprocess.Popen(
-            command(submitted, tmp_path, "--workers", "2"),
-            env=environment,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
-        try:
-            process.wait(rng.uniform(0.3, 2.6))
-        except subprocess.TimeoutExpired:
-            family = psutil.Process(process.pid).children(recursive=True)
-            process.send_signal(signal.SIGKILL)
-            process.wait()
-            killed += 1
-            _, alive = psutil.wait_procs(family, timeout=10)
-            assert not alive, [one.cmdline() for one in alive]
-    assert killed >= KILLS // 2
-    assert grade(submitted, tmp_path, "--workers", "2").returncode == 1
-    again = grades(tmp_path)
+    moments = [("start", rng.uniform(0.3, 2.5)) for _ in range(KILLS - KILLS_AT_WORK)]
+    moments += [("work", rng.uniform(0, 0.4)) for _ in range(KILLS_AT_WORK)]
+    rng.shuffle(moments)
+    out, kept, met_at_work = tmp_path / "0", 0, 0
+    for number, moment in enumerate(moments):
+        if kept == COUNT:  # a fast machine was done before the last kill: begin again
+            out, kept = tmp_path / str(number), 0
+        before, kept = kept, _killed(submitted, out, *moment)
+        assert kept >= before, "a record was lost"
+        met_at_work += kept > before
+    assert met_at_work >= KILLS_AT_WORK, "a record was told and not kept"
+    assert grade(submitted, out, "--workers", "2").returncode == 1
+    again = grades(out)
     assert again.keys() == expected.keys()
     assert all(same_grades(again[student], expected[student]) for student in expected)
+
+
+def _killed(folder: Path, out: Path, when: str, seconds: float) -> int:
+    """Kill a grader so long after its start, or after its first record; the number of records that it leaves."""
+    process = subprocess.Popen(
+        command(folder, out, "--workers", "2"),
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    )
+    if when == "work":
+        assert any(line.startswith("  s") for line in process.stdout)
+    time.sleep(seconds)
+    family = psutil.Process(process.pid).children(recursive=True)
+    process.send_signal(signal.SIGKILL)
+    process.stdout.close()
+    ended = process.wait()
+    alive = alive_after(family)
+    assert not alive, [one.cmdline() for one in alive]
+    kept = len(_records(out)) if (out / "ledger.sqlite").exists() else 0
+    assert ended == -signal.SIGKILL or kept == COUNT
+    return kept
 
 
 @pytest.mark.slow
