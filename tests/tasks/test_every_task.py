@@ -5,33 +5,16 @@ from __future__ import annotations
 import ast
 import importlib
 import re
-from collections.abc import Callable
 from typing import Any
 
 import pytest
 import task_proofs as proofs
+from collected import PROBLEMS, TASKS, each_task, loader, reference
 
 from course_lib import tasks
 from course_lib.classroom import solutions, stubs
 from course_lib.tasks.core import Task
 from course_lib.tasks.sources import forbidden
-
-
-def _collect() -> tuple[dict[str, str], list[Task]]:
-    """What is wrong with each lab's module ("" if nothing), and all tasks of those that can be imported."""
-    problems: dict[str, str] = {}
-    found: list[Task] = []
-    for number in tasks.labs():
-        try:
-            found += tasks.lab(number)
-            problems[number] = ""
-        except Exception as error:  # shown by test_lab_is_sound; the other labs' tests still run
-            problems[number] = f"{type(error).__name__}: {error}"
-    return problems, found
-
-
-PROBLEMS, TASKS = _collect()
-each_task = pytest.mark.parametrize("task", TASKS, ids=[task.id for task in TASKS])
 
 
 @pytest.fixture(scope="module")
@@ -46,21 +29,6 @@ def _fresh_session(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each test is a session in which nothing has failed yet."""
     module = importlib.import_module("course_lib.notebook.check")
     monkeypatch.setattr(module, "_failures", {})
-
-
-def loader(task: Task) -> Any:
-    """The way to a task's real data; skips the test, with the reason, where they are not here."""
-    if not task.data:
-        return None
-    data = importlib.import_module("course_lib.notebook.data")
-    missing = [name for name in task.data if not data.available(name)]
-    if missing:
-        pytest.skip(f"real data not here: {', '.join(missing)} (python3 course.py data get {' '.join(missing)})")
-    return data.load
-
-
-def reference(task: Task) -> Callable[..., Any]:
-    return proofs.defined(solutions.reference(task.id), task.function, solutions.preamble(task.lab))
 
 
 def strict_line(shell: proofs.Shell, monkeypatch: pytest.MonkeyPatch, task: Task, source: str) -> str:
@@ -110,11 +78,6 @@ def test_version_points_and_misconceptions(task: Task) -> None:
         assert not re.match(r"(This|It) looks like", misconception.message)
         others = {m.name for m in task.misconceptions} - {misconception.name}
         assert set(misconception.alike) <= others, f"{misconception.name} is alike to one that is not there"
-
-
-@each_task
-def test_reference_passes_on_50_seeds(task: Task) -> None:
-    proofs.reference_stands(task, reference(task), loader(task))
 
 
 @each_task
@@ -179,28 +142,6 @@ def test_misconception(task: Task, misconception: Any, shell: proofs.Shell, monk
         for other in task.misconceptions:
             if other is not misconception and other.name not in misconception.alike:
                 assert other.message.strip().rstrip(".") not in told
-
-
-@each_task
-def test_garbage_gets_a_sentence(task: Task) -> None:
-    proofs.garbage_gets_a_sentence(task, reference(task), loader(task))
-
-
-@each_task
-def test_inputs_are_safe(task: Task) -> None:
-    proofs.inputs_are_safe(task, reference(task), loader(task))
-
-
-@pytest.mark.parametrize("task", [t for t in TASKS if t.kind == "open"], ids=lambda task: task.id)
-def test_guessing_does_not_pay(task: Task) -> None:
-    proofs.guessing_does_not_pay(task, loader(task))
-
-
-@each_task
-def test_what_passes_in_public_passes_on_fresh_cases(task: Task) -> None:
-    failed, judged = proofs.unfair_share(task, reference(task), loader(task))
-    assert judged > 0
-    assert failed < 0.01 * judged, f"{failed} of {judged} fail on fresh cases only"
 
 
 @each_task

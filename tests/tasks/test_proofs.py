@@ -1,4 +1,4 @@
-"""The proofs of test_every_task.py themselves: each passes on a sound task and fails on one that lacks its property."""
+"""The proofs of test_every_task*.py: each passes on a sound task and fails on one that lacks its property."""
 
 from __future__ import annotations
 
