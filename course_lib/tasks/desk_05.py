@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 SURFACE, THIN, FLYING, REFLECTION, NOISE = range(1, 6)
 
@@ -62,7 +63,7 @@ def small_desk(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     true = np.concatenate([surface, thin])
     # a stray that happens to lie on something is a point of it
     near = np.min([np.abs(wrong[:, 2]), np.abs(wrong[:, 1] - d)], axis=0) < 0.025
-    nearest = np.array([np.min(np.sum((true - p) ** 2, axis=1)) for p in wrong]) < 0.025**2
+    nearest = cKDTree(true).query(wrong)[0] < 0.025
     wrong = wrong[~(near & nearest) & ~nearest]
     parts = [surface, thin, flying, mirrored, wrong]
     points = np.concatenate(parts) + rng.normal(0, 0.001, (sum(map(len, parts)), 3))
