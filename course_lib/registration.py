@@ -277,7 +277,7 @@ def _step(
         if step is None:
             raise ValueError("source: its paired points lie on a line, and any turn about it fits as well.")
     else:
-        off = np.abs(np.einsum("in,in->n", q - p, normals)) if kernel != "none" else distance
+        off = np.abs(np.einsum("in,in->n", q - p, normals))
         step = _fit_planes(p, q, normals, robust_weights(off, kernel))
     angle = float(np.arccos(np.clip((np.trace(step[:3, :3]) - 1) / 2, -1, 1)))
     middle = p.mean(axis=1)

@@ -42,8 +42,10 @@ def robust_weights(residual: NDArray[np.float64], kernel: str) -> NDArray[np.flo
     """
     if kernel not in KERNELS:
         raise ValueError(f"kernel: expected one of {', '.join(KERNELS)}, got {kernel!r}.")
+    if kernel == "none":
+        return None
     scale = TO_DEVIATION * float(np.median(residual))
-    if kernel == "none" or scale == 0:
+    if scale == 0:
         return None
     ratio = residual / scale
     if kernel == "huber":

@@ -53,7 +53,8 @@ def _two_clouds(n: int, per_area: float | None = None) -> tuple[np.ndarray, np.n
     """Source, target and the target's normals: two independent samples of the surface, turned and shifted.
 
     At a given density a larger field is turned by less, so that its corners are as many spacings off as those of the
-    50,000 points: else a larger field is a harder problem, and most of its points have no partner within reach at all.
+    50,000 points: else a larger field is a harder problem, in which a third of a million points have no partner within
+    reach.
     """
     target, other = inputs.field(n, 1, per_area), inputs.field(n, 2, per_area)
     middle = target.mean(axis=0)

@@ -62,9 +62,7 @@ def small_desk(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     surface = np.concatenate(surfaces)
     true = np.concatenate([surface, thin])
     # a stray that happens to lie on something is a point of it
-    near = np.min([np.abs(wrong[:, 2]), np.abs(wrong[:, 1] - d)], axis=0) < 0.025
-    nearest = cKDTree(true).query(wrong)[0] < 0.025
-    wrong = wrong[~(near & nearest) & ~nearest]
+    wrong = wrong[cKDTree(true).query(wrong)[0] >= 0.025]
     parts = [surface, thin, flying, mirrored, wrong]
     points = np.concatenate(parts) + rng.normal(0, 0.001, (sum(map(len, parts)), 3))
     kinds = np.repeat([SURFACE, THIN, FLYING, REFLECTION, NOISE], list(map(len, parts)))
