@@ -24,6 +24,7 @@ __all__ = [
     "exercise_from",
     "missing_data",
     "orphans",
+    "make_data",
     "prepare_data",
 ]
 
@@ -63,12 +64,23 @@ def prepare_data(nb: NotebookNode) -> set[str]:
     names = nbs.named_datasets(nb)
     missing = missing_data(names)
     if names:
-        data = importlib.import_module("course_lib.notebook.data")
-        try:
-            data.prepare(names)
-        except data.Refusal as refusal:
-            raise CourseError(str(refusal)) from refusal
+        make_data(names)
     return missing
+
+
+def make_data(names: str | Iterable[str]) -> None:
+    """Make the synthetic ones of these datasets where they are not there yet.
+
+    Raises
+    ------
+    CourseError
+        If a name is unknown, or the data cannot be written.
+    """
+    data = importlib.import_module("course_lib.notebook.data")
+    try:
+        data.prepare(names)
+    except data.Refusal as refusal:
+        raise CourseError(str(refusal)) from refusal
 
 
 def exercise_from(solution: NotebookNode) -> NotebookNode:

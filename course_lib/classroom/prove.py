@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 import signal
@@ -10,12 +11,17 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from multiprocessing import get_context
+from multiprocessing.connection import wait
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 from nbformat import NotebookNode
 
+from course_lib.notebook import _cache, _catalog
+
 from . import notebooks as nbs
-from .build import missing_data, prepare_data
+from .build import make_data, missing_data
 from .kernels import CELL_SECONDS, START_SECONDS, kernel_environment
 from .tree import CourseError, Tree
 
@@ -120,6 +126,42 @@ def pytest_words(tree: Tree, folder: Path, quick: bool, workers: int, more: Sequ
     ]
 
 
+def _make(name: str) -> None:
+    with contextlib.suppress(CourseError):  # what is wrong is said by the process that asked for it
+        make_data(name)
+
+
+def make_side_by_side(names: Sequence[str], workers: int) -> None:
+    """Make the synthetic ones of these datasets, several at once, each in a process of its own.
+
+    Raises
+    ------
+    CourseError
+        If a name is unknown, or the data cannot be written.
+    """
+    catalogue = _catalog.catalogue()
+    known = [catalogue[name] for name in names if name in catalogue]
+    waiting = [one.name for one in known if one.kind == "synthetic" and not _cache.find(one, one.seed)]
+    running: list[BaseProcess] = []
+    try:
+        while waiting or running:
+            while waiting and len(running) < workers:
+                one = get_context("spawn").Process(target=_make, args=(waiting.pop(0),))
+                before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # inherited: it does not hear Ctrl-C, we do
+                try:
+                    one.start()
+                finally:
+                    signal.signal(signal.SIGINT, before)
+                running.append(one)
+            wait([one.sentinel for one in running])
+            running = [one for one in running if one.is_alive()]
+    finally:
+        for one in running:
+            one.terminate()
+            one.join()
+    make_data(names)  # finds them made, or says why not
+
+
 def prove(tree: Tree, quick: bool, workers: int, more: Sequence[str], say: Callable[[str], None]) -> int:
     """Run the proof and return pytest's exit code.
 
@@ -136,8 +178,8 @@ def prove(tree: Tree, quick: bool, workers: int, more: Sequence[str], say: Calla
     with tempfile.TemporaryDirectory(prefix="course-test-", ignore_cleanup_errors=True) as name:
         folder = Path(name)
         skipped = copy_notebooks(stored, tree, folder / COPIES, missing_data)
-        for path in sorted((folder / COPIES).rglob("*.ipynb")):
-            prepare_data(nbs.read_notebook(path))
+        copies = [nbs.read_notebook(path) for path in sorted((folder / COPIES).rglob("*.ipynb"))]
+        make_side_by_side([*dict.fromkeys(name for nb in copies for name in nbs.named_datasets(nb))], workers)
         (folder / "ipython").mkdir()
         environment = kernel_environment(tree.root, folder / "ipython")
         environment.update(JUPYTER_RUNTIME_DIR=str(folder / "runtime"), COURSE_QUICK="1" if quick else "0")

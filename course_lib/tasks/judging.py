@@ -230,8 +230,10 @@ def recognise(
 
     One explains it if the answer agrees with it, to within the tolerance, in every case where it is far from the truth
     (there must be one), and agrees with it or is right in every other case. Where a misconception has no answer itself,
-    the case is left out.
+    the case is left out. So where every case is right, nothing needs to be run.
     """
+    if all(verdict.passed for verdict in verdicts):
+        return ()
     return tuple(
         m
         for m in task.misconceptions

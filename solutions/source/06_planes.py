@@ -288,12 +288,12 @@ def find_plane(points, threshold):
     """The plane (4,) that most points agree with."""
     # BEGIN SOLUTION
     rng = np.random.default_rng(0)
+    a, b, c = points[[rng.choice(len(points), 3, replace=False) for _ in range(800)]].transpose(1, 0, 2)
+    normals = np.cross(b - a, c - a)
+    normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
     best = np.zeros(len(points), bool)
-    for _ in range(800):
-        corners = points[rng.choice(len(points), 3, replace=False)]
-        normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
-        normal = normal / np.linalg.norm(normal)
-        inliers = np.abs((points - corners[0]) @ normal) <= threshold
+    for normal, offset in zip(normals, np.sum(normals * a, axis=1), strict=True):
+        inliers = np.abs(points @ normal - offset) <= threshold
         if inliers.sum() > best.sum():
             best = inliers
     for _ in range(4):

@@ -326,6 +326,8 @@ def register(source, target, normals):
             step[:3, :3] = turn(x[:3], np.degrees(angle)) if angle > 0 else np.eye(3)
             step[:3, 3] = x[3:]
             T = step @ T
+            if np.linalg.norm(x) < 1e-6:
+                break
     return T
     # END SOLUTION
 

@@ -10,8 +10,16 @@ import pytest
 
 from course_lib.classroom import notebooks as nbs
 from course_lib.classroom.kernels import kernel_environment
-from course_lib.classroom.prove import COPIES, Skipped, copy_notebooks, pytest_words, skipped_line, stub_findings
-from course_lib.classroom.tree import Tree
+from course_lib.classroom.prove import (
+    COPIES,
+    Skipped,
+    copy_notebooks,
+    make_side_by_side,
+    pytest_words,
+    skipped_line,
+    stub_findings,
+)
+from course_lib.classroom.tree import CourseError, Tree
 
 GOOD = Path(__file__).parent / "fixtures" / "tree"
 PICTURE, AREA, ERROR, REAL = 1, 3, 6, 8  # cells of the good lesson
@@ -102,6 +110,19 @@ def test_what_was_skipped_is_counted_and_explained(monkeypatch: pytest.MonkeyPat
         "1 real-data cell in 1 notebook skipped: stick and the cache lack sun_pair, tum_pair"
     )
     assert skipped_line(Skipped(0, 0, ())) == ""
+
+
+def test_data_are_made_in_other_processes_and_what_is_wrong_is_said_in_this_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COURSE_CACHE", str(tmp_path))
+    with pytest.raises(CourseError, match="desk_pair"):
+        make_side_by_side(["desk_pear", "desk_pair", "stanford_bunny"], workers=2)
+    made = [path for path in tmp_path.iterdir() if path.is_dir()]
+    assert [path.name.split("-")[0] for path in made] == ["desk_pair"], "the others are real, or unknown"
+    stamp = made[0].stat().st_mtime_ns
+    make_side_by_side(["desk_pair"], workers=2)
+    assert made[0].stat().st_mtime_ns == stamp, "made twice"
 
 
 def test_quick_leaves_out_later_labs_and_slow_tests(tmp_path: Path) -> None:

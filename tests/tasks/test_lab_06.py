@@ -280,7 +280,7 @@ def test_a_plane_of_task_5_that_is_not_settled_earns_less():
         "return np.append(normal, -normal @ middle)", "return best_plane"
     )
     once = once.replace("            best = inliers\n    for", "            best = inliers\n            best_plane = "
-                        "np.append(normal, -normal @ corners[0])\n    for")  # fmt: skip
+                        "np.append(normal, -offset)\n    for")  # fmt: skip
     scores = {}
     for name, code in (("settled", source), ("once", once)):
         space: dict = {"np": np}

@@ -11,13 +11,12 @@ import traceback
 from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, TypedDict
+from typing import TYPE_CHECKING, Any, TypedDict
 
 from course_lib import tasks
 from course_lib.tasks.judging import Result
 from course_lib.tasks.sources import forbidden_in_text
 
-from .engine import Run, run_notebook
 from .intake import IntakeLimits, Unreadable, notebook_of
 from .limits import Limits
 from .rebuild import Answer, Rebuilt, rebuild
@@ -25,6 +24,9 @@ from .records import FORMAT, Notice, Record, TaskRecord
 from .released import ReleasedLab, released_lab
 from .room import SILENT, Room, build_room, rooms_of
 from .sandbox import Held, NoSandbox, machine, probe_sandbox
+
+if TYPE_CHECKING:
+    from .engine import Run
 
 __all__ = [
     "Job",
@@ -192,6 +194,8 @@ def _failed(record: Record, code: str, sentence: str) -> None:
 
 
 def _grade(job: Job, record: Record, prepared: Prepared, held: Held, limits: Limits) -> None:
+    from .engine import Run, run_notebook  # brings pytest and nbval: 0.3 s that most verbs can do without
+
     lab = prepared.lab
     try:
         nb = notebook_of(base64.b64decode(job["notebook"]), IntakeLimits())
