@@ -1,6 +1,6 @@
 """A class of twelve who never were, to try every verb on: `course release --worked-class --out FOLDER` writes it.
 
-It is a Moodle download of lab 03 with its roster, extensions and late policy. Two solved everything in their own ways,
+It is a Moodle download of lab 03 with its roster, extensions, late policy, and limits. Two solved everything in their own ways,
 others made the mistakes that people really make, some handed in oddly but honestly, one twice, one late, one nothing
 that can be read, one nothing at all, and one is in no roster.
 """
@@ -55,7 +55,7 @@ ENDLESS = "def deproject(depth, fx, fy, cx, cy):\n    while True:\n        pass\
 
 
 def write_class(folder: Path) -> Path:
-    """Write the download, roster.csv, extensions.csv and late.toml into a folder that is empty or does not exist.
+    """Write the download, roster.csv, extensions.csv, late.toml and limits.toml into a folder that is empty or does not exist.
 
     Returns
     -------
@@ -82,6 +82,8 @@ def write_class(folder: Path) -> Path:
         f'timezone = "Europe/Berlin"\ncounts = "last"\n\n[due]\n"{LAB}" = {due}\n\n[[steps]]\nhours = 0\nkeep = 80\n'
     )
     (folder / "late.toml").write_text(policy, encoding="utf-8")
+    limits = "task_seconds = 10  # one student's loop never ends: nobody who tries this shall wait long\n"
+    (folder / "limits.toml").write_text(limits, encoding="utf-8")
     return download
 
 
