@@ -1,8 +1,8 @@
 """A class of twelve who never were, to try every verb on: `course release --worked-class --out FOLDER` writes it.
 
-It is a Moodle download of lab 03 with its roster, extensions, late policy, and limits. Two solved everything in their own ways,
-others made the mistakes that people really make, some handed in oddly but honestly, one twice, one late, one nothing
-that can be read, one nothing at all, and one is in no roster.
+It is a Moodle download of lab 03 with its roster, extensions, late policy and limits. Two solved everything in their
+own ways, others made the mistakes that people really make, some handed in oddly but honestly, one twice, one late, one
+nothing that can be read, one nothing at all, and one is in no roster.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ ENDLESS = "def deproject(depth, fx, fy, cx, cy):\n    while True:\n        pass\
 
 
 def write_class(folder: Path) -> Path:
-    """Write the download, roster.csv, extensions.csv, late.toml and limits.toml into a folder that is empty or does not exist.
+    """Write the download, roster.csv, extensions.csv, late.toml and limits.toml into an empty or a new folder.
 
     Returns
     -------

@@ -20,8 +20,9 @@ import psutil
 
 from course_lib import tasks
 
+from . import engine  # noqa: F401 - for the children: each would import it again
 from .limits import Limits
-from .one import failed_record, grade_one, load_data, prepare
+from .one import failed_record, grade_one, held_by, load_data, prepare
 from .records import Record
 from .tied import die_with_parent
 
@@ -81,6 +82,7 @@ def grade_apart(job: dict[str, Any]) -> Record:
 def _warm(job: dict[str, Any], limits: Limits) -> None:
     """Do once what every child would do again; what fails here fails in the child, too, and is told there."""
     try:
+        held_by(job["sandbox"])
         prepared = prepare(job["lab"], limits, job["sandbox"])
         for slot in prepared.lab.slots:
             tasks.fresh(slot.task, job["seed"], load_data() if slot.task.data else None)

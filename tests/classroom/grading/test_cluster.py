@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import datetime
 import ipaddress
+import json
 import os
 import signal
 import socket
 import subprocess
 import sys
+import time
+from pathlib import Path
 
 import psutil
 import pytest
@@ -61,26 +65,36 @@ def certificates(tmp_path_factory) -> dict[str, str]:
     return {"cert": str(folder / "cert.pem"), "key": str(folder / "key.pem")}
 
 
+def _address(told: Path, scheduler: subprocess.Popen) -> str:
+    """Where a scheduler listens, as soon as it says so: on a port that it chose, which nobody can have taken before."""
+    end = time.monotonic() + 60
+    while time.monotonic() < end and scheduler.poll() is None:
+        with contextlib.suppress(FileNotFoundError, json.JSONDecodeError):  # not written yet, or half
+            return json.loads(told.read_text(encoding="utf-8"))["address"]
+        time.sleep(0.05)
+    pytest.fail(f"the scheduler did not start: {(told.parent / '0.log').read_text(errors='replace')[-800:]}")
+
+
 @pytest.fixture
 def cluster(certificates, tmp_path):
     """The address of a scheduler with two workers, its security, and the workers' processes."""
     need_sandbox()
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        port = server.getsockname()[1]
-    address = f"tls://127.0.0.1:{port}"
     tls = ["--tls-ca-file", certificates["cert"], "--tls-cert", certificates["cert"], "--tls-key", certificates["key"]]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    words = [sys.executable, "-P", "-m", "distributed.cli"]
-    scheduler = ["dask_scheduler", "--host", address, "--no-dashboard", "--no-show", *tls]
-    worker = ["dask_worker", address, "--nthreads", "1", "--no-dashboard", "--no-nanny", "--death-timeout", "60", *tls]
-    worker += ["--host", "127.0.0.1", "--local-directory", str(tmp_path)]
     processes = []
-    try:
-        for one in (scheduler, worker, worker):
-            command = [*words[:-1], f"{words[-1]}.{one[0]}", *one[1:]]
-            log = open(tmp_path / f"{len(processes)}.log", "wb")
+
+    def start(*words: str) -> None:
+        command = [sys.executable, "-P", "-m", f"distributed.cli.{words[0]}", *words[1:], "--no-dashboard", *tls]
+        with open(tmp_path / f"{len(processes)}.log", "wb") as log:
+            environment = {**os.environ, "PYTHONPATH": str(ROOT)}
             processes.append(subprocess.Popen(command, env=environment, stdout=log, stderr=log, cwd=tmp_path))
-            log.close()
+
+    try:
+        told = tmp_path / "scheduler.json"
+        start("dask_scheduler", "--host", "tls://127.0.0.1:0", "--no-show", "--scheduler-file", str(told))
+        address = _address(told, processes[0])
+        for _ in range(2):
+            worker = ["--nthreads", "1", "--no-nanny", "--death-timeout", "60", "--host", "127.0.0.1"]
+            start("dask_worker", address, *worker, "--local-directory", str(tmp_path))
         security = Security(
             tls_ca_file=certificates["cert"],
             tls_client_cert=certificates["cert"],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import random
 import signal
@@ -13,7 +14,7 @@ from pathlib import Path
 import psutil
 import pytest
 from click.testing import CliRunner
-from grading_helpers import ROOT, alive_after, need_sandbox, submission
+from grading_helpers import ROOT, alive_after, job, need_sandbox, submission
 
 from course_lib.classroom.grading import pool, verbs_grade
 from course_lib.classroom.grading.ledger import Ledger
@@ -139,6 +140,34 @@ def _killed(folder: Path, out: Path, when: str, seconds: float) -> int:
     kept = len(_records(out)) if (out / "ledger.sqlite").exists() else 0
     assert ended == -signal.SIGKILL or kept == COUNT
     return kept
+
+
+IMPORTED_BY_A_CHILD = """
+import json, sys
+from course_lib.classroom.grading import worker
+grade_one = worker.grade_one
+def grade(job):
+    before = set(sys.modules)
+    record = grade_one(job)
+    return {"status": record["status"], "new": sorted(set(sys.modules) - before)}
+worker.grade_one = grade
+print(json.dumps(worker.grade_apart(json.load(sys.stdin))))
+"""
+
+
+def test_a_workers_children_import_nothing_of_weight_again():
+    done = subprocess.run(
+        [sys.executable, "-c", IMPORTED_BY_A_CHILD],
+        input=json.dumps(job("00", submission("00", solved=True))),
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    told = json.loads(done.stdout)
+    assert told["status"] == "graded"
+    heavy = ("course_lib", "numpy", "nbval", "nbformat", "jupyter_client", "IPython", "zmq")
+    assert not [name for name in told["new"] if name.split(".")[0] in heavy]
 
 
 @pytest.mark.slow
