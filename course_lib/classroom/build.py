@@ -22,9 +22,9 @@ __all__ = [
     "check_agreement",
     "check_all",
     "exercise_from",
+    "make_data",
     "missing_data",
     "orphans",
-    "make_data",
     "prepare_data",
 ]
 

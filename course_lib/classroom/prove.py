@@ -25,7 +25,15 @@ from .build import make_data, missing_data
 from .kernels import CELL_SECONDS, START_SECONDS, kernel_environment
 from .tree import CourseError, Tree
 
-__all__ = ["Skipped", "copy_notebooks", "pytest_words", "prove", "skipped_line", "stub_findings"]
+__all__ = [
+    "Skipped",
+    "copy_notebooks",
+    "make_side_by_side",
+    "prove",
+    "pytest_words",
+    "skipped_line",
+    "stub_findings",
+]
 
 WORKERS = 2
 QUICK_LESSON, QUICK_LAB = "00", "01"

@@ -112,6 +112,7 @@ def test_what_was_skipped_is_counted_and_explained(monkeypatch: pytest.MonkeyPat
     assert skipped_line(Skipped(0, 0, ())) == ""
 
 
+@pytest.mark.slow
 def test_data_are_made_in_other_processes_and_what_is_wrong_is_said_in_this_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
