@@ -17,6 +17,8 @@
 # numbers what a filter cost.**
 
 # %%
+from concurrent.futures import ThreadPoolExecutor
+
 from course_lib.notebook import data, picture, predict, report, report_table, show
 
 import matplotlib.pyplot as plt
@@ -339,7 +341,8 @@ def prepare(name):
     return found
 
 
-ready = {name: prepare(name) for name in desks.clouds}
+with ThreadPoolExecutor(2) as pool:  # two desks at a time
+    ready = dict(zip(desks.clouds, pool.map(prepare, desks.clouds), strict=True))
 tuning, reporting = list(ready)[:3], list(ready)[3:]
 kept_by = {  # name of the filter: what it keeps, and the settings to try
     "statistical, ratio {:g}": (lambda d, ratio: usual(d["mean"], ratio), [(r,) for r in (2, 1, 0.5, 0.35, 0.25, 0.2, 0.15)]),
