@@ -55,7 +55,8 @@ def read_bag(path: Path, *, every: int = 1, most: int | None = None) -> Dataset:
 
     Returns
     -------
-    Dataset of kind "yours"; depth is aligned to colour, the camera is the colour camera as the file says.
+    Dataset of kind "yours"; depth is aligned to colour, the camera is the colour camera as the file says. Open3D plays a
+    recording at the speed at which it was made: a machine too slow to follow skips frames, as the camera would.
 
     Raises
     ------
@@ -83,7 +84,7 @@ def read_bag(path: Path, *, every: int = 1, most: int | None = None) -> Dataset:
             facts = _facts(path, reader.metadata)
             while len(frames) < most:
                 frame = reader.next_frame()
-                if reader.is_eof() or frame.is_empty():
+                if frame.is_empty():  # not is_eof(): the last frame is still handed out after the reader met the end
                     break
                 if seen % every == 0:
                     frames.append((np.asarray(frame.color).copy(), np.asarray(frame.depth)[..., 0].copy()))

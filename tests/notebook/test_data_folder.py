@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 from data_helpers import MIRROR, needs_mirror
 
 from course_lib.cameras import PinholeCamera
-from course_lib.notebook import data, files
+from course_lib.notebook import _bag, data, files
 from course_lib.notebook._errors import Refusal
 from course_lib.pointcloud import PointCloud
 
@@ -233,6 +234,19 @@ def test_a_realsense_bag(capfd):
     assert raw.dtype == np.uint16 and raw.max() == 3073 and (color == frame.color).all()
     assert "single_depth_color_640x480.bag" in dataset.camera.source
     assert capfd.readouterr() == ("", "")
+
+
+@needs_mirror
+def test_the_last_frame_of_a_bag_is_kept_when_the_reader_met_the_end_before_it_was_asked(monkeypatch):
+    facts = _bag._facts
+
+    def slow(*arguments):
+        found = facts(*arguments)
+        time.sleep(3)  # the reader gives up waiting for another frame after ten frames' time: 1.7 s at 6 Hz
+        return found
+
+    monkeypatch.setattr(_bag, "_facts", slow)
+    assert len(data.from_folder(BAG).frames) == 1
 
 
 @pytest.mark.parametrize(
