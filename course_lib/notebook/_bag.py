@@ -55,8 +55,8 @@ def read_bag(path: Path, *, every: int = 1, most: int | None = None) -> Dataset:
 
     Returns
     -------
-    Dataset of kind "yours"; depth is aligned to colour, the camera is the colour camera as the file says. Open3D plays a
-    recording at the speed at which it was made: a machine too slow to follow skips frames, as the camera would.
+    Dataset of kind "yours"; depth is aligned to colour, the camera is the colour camera as the file says. Open3D plays
+    a recording at the speed at which it was made: a machine too slow to follow skips frames, as the camera would.
 
     Raises
     ------
