@@ -12,7 +12,7 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from queue import Empty
 from typing import Any
@@ -66,7 +66,7 @@ class _OneKernel(KernelSpecManager):
             env=self.variables,
             display_name="graded",
             language="python",
-            interrupt_mode="message",
+            interrupt_mode="signal",  # sent to the dead by `stop`; a message to them would be waited for
         )
 
 
@@ -173,9 +173,12 @@ class Kernel(RunningKernel):
         self._deadline = time.monotonic() + seconds
         yield
 
-    def ask(self, source: str) -> list[Any]:
-        """Run a probe, and return what `note_answer` made of the answers that came before it ended."""
-        message = self.execute_cell_input(source, allow_stdin=False)
+    def ask(self, source: str, given: Sequence[bytes] = ()) -> list[Any]:
+        """Run a probe with `given` beside it, and return what `note_answer` made of the answers that came."""
+        content = {"code": source, "silent": False, "store_history": True, "allow_stdin": False, "stop_on_error": True}
+        request = self.kc.session.msg("execute_request", {**content, "user_expressions": {}})
+        self.kc.session.send(self.kc.shell_channel.socket, request, buffers=list(given))
+        message = request["header"]["msg_id"]
         answers: list[Any] = []
         self.await_reply(message)
         while True:
