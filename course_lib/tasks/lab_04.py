@@ -13,7 +13,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from course_lib.tasks.core import Case, Task, Verdict
-from course_lib.tasks.judges import judge_array, judge_band, judge_choice, judge_points_set, judge_words, refuse
+from course_lib.tasks.judges import judge_array, judge_band, judge_choice, judge_words, refuse
 from course_lib.tasks.mistakes_04 import (
     CAUSE_OF,
     CAUSES,
@@ -24,6 +24,7 @@ from course_lib.tasks.mistakes_04 import (
     WHICH_MISTAKES,
 )
 from course_lib.tasks.plain import Plain
+from course_lib.tasks.point_sets import judge_points_set
 from course_lib.tasks.wording import array_problem, measured
 
 # ----------------------------------------------------------------------------------------------------------- 1 cubes

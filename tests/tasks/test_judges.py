@@ -13,13 +13,13 @@ from course_lib.tasks.judges import (
     judge_choice,
     judge_labels,
     judge_number,
-    judge_points_set,
     judge_transform,
     judge_words,
     quantity,
     rotation_degrees,
     worst_of,
 )
+from course_lib.tasks.point_sets import judge_points_set
 
 POINTS = np.random.default_rng(3).normal(size=(12, 3))
 MILLIMETRE = 1e-3

@@ -73,7 +73,7 @@ PARTS = ("engine", "kernel", "limits", "one", "reading", "rebuild", "released", 
 def grader_version() -> str:
     """The version of this grader: a hash over what can change a grade beside labs and tasks, which have their own."""
     here = Path(__file__).parent
-    shared = ("core", "plain", "running", "judging", "judges", "choices", "wording", "sources")
+    shared = ("core", "plain", "running", "judging", "judges", "point_sets", "choices", "wording", "sources")
     paths = [here / f"{name}.py" for name in PARTS] + sorted((here / "inside").glob("*.py"))
     paths += [ROOT / "course_lib" / "tasks" / f"{name}.py" for name in shared]
     digest = hashlib.sha256()
