@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import open3d as o3d
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import cKDTree
 
 from course_lib import checks
 from course_lib.meshes import Mesh
+from course_lib.neighbours import Neighbours
 
 
 @dataclass(frozen=True)
@@ -157,5 +157,4 @@ def nearest_distances(a: ArrayLike, b: ArrayLike) -> NDArray[np.float64]:
     [1.0, 4.0]
     """
     a, b = _finite(checks.cloud_points(a, "a"), "a"), _finite(checks.cloud_points(b, "b"), "b")
-    tree = cKDTree(b, balanced_tree=False, compact_nodes=False)  # for clouds apart, four times as fast; the same answer
-    return tree.query(a, workers=-1)[0]
+    return Neighbours(b).nearest(a)[0][:, 0]

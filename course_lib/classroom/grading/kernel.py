@@ -173,10 +173,10 @@ class Kernel(RunningKernel):
         self._deadline = time.monotonic() + seconds
         yield
 
-    def ask(self, source: str, given: Sequence[bytes] = ()) -> list[Any]:
+    def ask(self, source: str, given: Sequence[bytes]) -> list[Any]:
         """Run a probe with `given` beside it, and return what `note_answer` made of the answers that came."""
-        content = {"code": source, "silent": False, "store_history": True, "allow_stdin": False, "stop_on_error": True}
-        request = self.kc.session.msg("execute_request", {**content, "user_expressions": {}})
+        content = {"code": source, "silent": False, "user_expressions": {}, "allow_stdin": False}
+        request = self.kc.session.msg("execute_request", content)
         self.kc.session.send(self.kc.shell_channel.socket, request, buffers=list(given))
         message = request["header"]["msg_id"]
         answers: list[Any] = []

@@ -12,6 +12,7 @@ import pytest
 from grading_helpers import graded, need_sandbox, submission, task
 
 from course_lib import tasks
+from course_lib.classroom.grading import engine
 from course_lib.classroom.grading.hiding import find_hidden, hidden_sources
 from course_lib.classroom.grading.limits import read_limits
 from course_lib.classroom.grading.room import ROOT, build_room, rooms_of
@@ -103,3 +104,10 @@ def test_the_probe_looked_for_itself():
     need_sandbox()
     held = probe_sandbox()
     assert held.kind == "bwrap" and "--unshare-net" in held.words and "--cap-drop ALL" in held.words
+
+
+def test_inputs_travel_beside_the_statement_that_asks():
+    """In the statement they would be read, hashed and rewritten as source text, letter by letter."""
+    one = tasks.get("05-5")
+    statement, given = engine._question(one, "0" * 32, tasks.fresh(one, 5))
+    assert sum(map(len, given)) > 1_000_000 > 1_000 > len(statement)

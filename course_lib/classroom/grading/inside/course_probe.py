@@ -19,7 +19,6 @@ def answer(nonce, function):
     from IPython.display import publish_display_data
 
     given = get_ipython().kernel.get_parent("shell")["buffers"]
-
     outcomes = [
         {
             "kind": outcome.kind,
