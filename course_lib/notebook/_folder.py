@@ -1,4 +1,4 @@
-"""The learner's own recording: a folder of images, a folder of clouds, or a RealSense .bag, in the course's types."""
+"""The learner's own recording in the course's types: a folder of images, a folder of clouds, or a RealSense's file."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ import numpy as np
 
 from course_lib.cameras import PinholeCamera, preset
 from course_lib.notebook import _poses, files
-from course_lib.notebook._bag import read_bag
 from course_lib.notebook._dataset import Dataset, Lazy, Parts
 from course_lib.notebook._errors import Refusal, shown
 from course_lib.notebook._images import SUFFIXES
+from course_lib.notebook._recording import read_recording
 from course_lib.rgbd import DepthEncoding, RGBDFrame, decode_depth, find_encoding
 
 COLOR_FOLDERS = ("color", "colour", "rgb", "image", "images")
 DEPTH_FOLDERS = ("depth", "depths", "aligned_depth", "depth_aligned", "depth_raw")
 ASSOCIATIONS = ("associations.txt", "association.txt", "associate.txt", "associated.txt")
 CAMERA_FILES = ("camera*.json", "*intrinsic*.json", "cam_params*.json", "calibration*.json", "*_camera.json")
+RECORDINGS = (".bag", ".db3")
 NOT_READ = {
-    ".db3": "a ROS 2 recording: record .bag with librealsense before 2.57, or convert it with rosbags-convert",
-    ".mcap": "a ROS 2 recording: convert it to .bag with rosbags-convert",
+    ".mcap": "a recording of ROS 2's own nodes: extract color/ and depth/ from it first",
     ".mkv": "an Azure Kinect recording: extract color/ and depth/ from it first",
     ".oni": "an OpenNI recording: extract color/ and depth/ from it first",
     ".mp4": "a film, which has no depth: record depth images too",
@@ -49,13 +49,13 @@ def from_folder(
     Three forms are read. A folder with `color/` (or `rgb/`) and `depth/`: images pair up by `associations.txt`, by
     `rgb.txt` and `depth.txt`, by names that are times in seconds (TUM), or by the number in their names; poses come
     from `groundtruth.txt` or `trajectory.log` where there is one. A folder of PLY, PCD or XYZ clouds. A RealSense
-    `.bag`. Not read: .db3 and .mcap (ROS 2), .mkv, .oni.
+    recording, `.bag` or `.db3`. Not read: .mcap, .mkv, .oni.
 
     Parameters
     ----------
-    path : the folder, or the .bag file.
+    path : the folder, or the .bag or .db3 file.
     camera : intrinsics of the depth images: a PinholeCamera, a preset's name, or a JSON file (in the folder, or
-        anywhere); None to look for a `camera*.json` or `*intrinsic*.json` in the folder. (A .bag knows its own.)
+        anywhere); None to look for a `camera*.json` or `*intrinsic*.json` in the folder. (A recording knows its own.)
     encoding : how depth is stored: a name ("tum", "realsense", ...) or a DepthEncoding; None for "tum" where the folder
         looks like TUM's, else "realsense" (millimetres).
     registered : whether depth was aligned to colour when it was recorded.
@@ -81,7 +81,7 @@ def from_folder(
         raise Refusal(f"There is no folder {shown(path)}: {f'did you mean {near[0]}?' if near else 'check its name.'}")
     found = {one.name.lower(): one for one in sorted(path.iterdir()) if not one.name.startswith(".")}
     if not found:
-        raise Refusal(f"{shown(path)} is empty: put color/ and depth/ (16-bit PNG) into it, or clouds, or name a .bag.")
+        raise Refusal(f"{shown(path)} is empty: put color/ and depth/ (16-bit PNG) into it, or clouds, or name a .db3.")
     color = next((found[name] for name in COLOR_FOLDERS if name in found and found[name].is_dir()), None)
     depth = next((found[name] for name in DEPTH_FOLDERS if name in found and found[name].is_dir()), None)
     clouds = {one.stem: one for one in found.values() if one.suffix.lower() in files.CLOUDS}
@@ -90,7 +90,7 @@ def from_folder(
             makers = {name: lambda p=one: files.read_cloud(p) for name, one in clouds.items()}
             held = {"clouds": Parts(makers, path.name)}
             return Dataset(path.name, "yours", f"{len(clouds)} clouds", files=clouds, held=held)
-        bag = next((one for one in found.values() if one.suffix.lower() == ".bag"), None)
+        bag = next((one for one in found.values() if one.suffix.lower() in RECORDINGS), None)
         expected = "color/ and depth/, or clouds (PLY, PCD, XYZ) were expected."
         hint = f"name the file {bag.name} itself." if bag else expected
         raise Refusal(f"{shown(path)} holds no recording that the course reads: {hint}")
@@ -102,12 +102,12 @@ def from_folder(
 
 def _from_file(path: Path, every: int, most: int | None) -> Dataset:
     kind = path.suffix.lower()
-    if kind == ".bag":
-        return read_bag(path, every=every, most=most)
+    if kind in RECORDINGS:
+        return read_recording(path, every=every, most=most)
     if kind in files.CLOUDS:
         held = {"clouds": Parts({path.stem: lambda: files.read_cloud(path)}, path.name)}
         return Dataset(path.stem, "yours", "one cloud", files={path.name: path}, held=held)
-    what = NOT_READ.get(kind, "of a kind that the course does not read: name a folder or a .bag")
+    what = NOT_READ.get(kind, "of a kind that the course does not read: name a folder, a .bag or a .db3")
     raise Refusal(f"{shown(path)} is {what}.")
 
 

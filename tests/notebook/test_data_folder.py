@@ -2,9 +2,6 @@
 
 import json
 import os
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -12,13 +9,12 @@ import pytest
 from data_helpers import MIRROR, needs_mirror
 
 from course_lib.cameras import PinholeCamera
-from course_lib.notebook import _bag, data, files
+from course_lib.notebook import data, files
 from course_lib.notebook._errors import Refusal
 from course_lib.pointcloud import PointCloud
 
 CAMERA = {"width": 8, "height": 6, "fx": 10.0, "fy": 10.0, "cx": 3.5, "cy": 2.5}
 DEPTH = np.full((6, 8), 1500, np.uint16)
-ROOT = Path(__file__).resolve().parents[2]
 
 
 def record(
@@ -163,12 +159,11 @@ def test_what_is_not_there(tmp_path):
 @pytest.mark.parametrize(
     ("name", "says"),
     [
-        ("a.db3", "a.db3 is a ROS 2 recording: record .bag"),
-        ("a.mcap", "is a ROS 2 recording: convert it"),
+        ("a.mcap", "is a recording of ROS 2's own nodes: extract color/ and depth/"),
         ("a.mkv", "is an Azure Kinect recording: extract color/ and depth/"),
         ("a.mp4", "is a film, which has no depth"),
         ("a.zip", "is packed: unpack it"),
-        ("a.doc", "is of a kind that the course does not read: name a folder or a .bag"),
+        ("a.doc", "is of a kind that the course does not read: name a folder, a .bag or a .db3"),
     ],
 )
 def test_other_recordings_are_refused_plainly(tmp_path, name, says):
@@ -218,75 +213,6 @@ def test_a_published_folder_loads_as_ones_own():
     assert len(dataset.frames) == 10 and dataset.camera.fx == 617.25
     published = data.load("realsense_planes")
     np.testing.assert_array_equal(dataset.frames[3].depth, published.frames[3].depth)
-
-
-BAG = Path(MIRROR) / "realsense_bag" / "single_depth_color_640x480.bag"
-
-
-@needs_mirror
-def test_a_realsense_bag(capfd):
-    dataset = data.from_folder(BAG)
-    assert len(dataset.frames) == 1 and "D435" in dataset.title and dataset.encoding.units_per_metre == 1000
-    frame = dataset.frames[0]
-    assert frame.color.shape == (480, 640, 3) and frame.camera.fx == pytest.approx(613.2, abs=0.1)
-    assert np.median(frame.depth[frame.depth > 0]) == pytest.approx(1.536, abs=0.01)
-    color, raw = dataset.raw(0)
-    assert raw.dtype == np.uint16 and raw.max() == 3073 and (color == frame.color).all()
-    assert "single_depth_color_640x480.bag" in dataset.camera.source
-    assert capfd.readouterr() == ("", "")
-
-
-@needs_mirror
-def test_the_last_frame_of_a_bag_is_kept_when_the_reader_met_the_end_before_it_was_asked(monkeypatch):
-    facts = _bag._facts
-
-    def slow(*arguments):
-        found = facts(*arguments)
-        time.sleep(3)  # the reader gives up waiting for another frame after ten frames' time: 1.7 s at 6 Hz
-        return found
-
-    monkeypatch.setattr(_bag, "_facts", slow)
-    assert len(data.from_folder(BAG).frames) == 1
-
-
-@pytest.mark.parametrize(
-    ("content", "says"),
-    [
-        (b"", "a.bag is empty: record it again as .bag"),
-        (b"#ROSBAG V1.2\n", "a.bag is not a ROS 1 bag: record it again as .bag"),
-        (b"#ROSBAG V2.0\nE\0\0\0\x12\0\0\0index_pos=\0\0\0\0\0\0\0\0", "a.bag was never closed .it has no index."),
-        (b"#ROSBAG V2.0\nE\0\0\0\x12\0\0\0index_pos=\xff\xff\0\0\0\0\0\0", "a.bag is cut short: its index lies behind"),
-    ],
-)
-def test_a_bag_that_is_none(tmp_path, content, says):
-    path = tmp_path / "a.bag"
-    path.write_bytes(content)
-    with pytest.raises(Refusal, match=says):
-        data.from_folder(path)
-
-
-@needs_mirror
-def test_a_truncated_bag(tmp_path):
-    path = tmp_path / "walk.bag"
-    path.write_bytes(BAG.read_bytes()[:500_000])
-    with pytest.raises(Refusal, match="walk.bag is cut short: its index lies behind its end; copy it again"):
-        data.from_folder(path)
-
-
-@needs_mirror
-def test_a_bag_spoiled_inside_is_one_sentence_and_kills_nothing(tmp_path):
-    """In a process of its own: the reader is C++."""
-    content = bytearray(BAG.read_bytes())
-    content[5000:900_000] = bytes(len(content[5000:900_000]))
-    path = tmp_path / "walk.bag"
-    path.write_bytes(content)
-    code = (
-        "from course_lib.notebook import data\n"
-        f"try:\n    data.from_folder({str(path)!r})\nexcept data.Refusal as refusal:\n    print(refusal)"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, cwd=ROOT)
-    assert done.returncode == 0, done.stderr
-    assert "walk.bag" in done.stdout and done.stdout.count("\n") == 1
 
 
 def test_a_recording_that_may_not_be_read(tmp_path):

@@ -1,0 +1,315 @@
+"""The two formats of RealSense recordings, read by rosbags: what they say of the cameras, and their images.
+
+.bag (ROS 1) is what librealsense wrote before 2.57, .db3 (ROS 2) what it has written since. What is not read:
+recordings of ROS's own camera nodes, whose topics have other names; encrypted bags; colour that is not RGB or BGR.
+"""
+
+from __future__ import annotations
+
+import re
+import struct
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from course_lib.cameras import PinholeCamera
+from course_lib.notebook._errors import Refusal, shown
+from course_lib.rotations import from_quaternion_xyzw
+from course_lib.transforms import from_rotation_translation
+
+ROS1_MAGIC, SQLITE_MAGIC = b"#ROSBAG V2.0\n", b"SQLite format 3\0"
+IMAGES = re.compile(r"(?P<sensor>/device_\d+/sensor_\d+)/(?P<kind>Depth|Color)_\d+/image/data(/compressed(Depth)?)?")
+COMPRESSED_DEPTH_HEADER = 12
+"""Bytes before the PNG in a message of ROS's compressedDepth."""
+TO_RGB = {"rgb8": None, "bgr8": cv2.COLOR_BGR2RGB, "rgba8": cv2.COLOR_RGBA2RGB, "bgra8": cv2.COLOR_BGRA2RGB}
+
+
+@dataclass(frozen=True)
+class Stream:
+    """What a recording says of its depth or its colour.
+
+    Parameters
+    ----------
+    topic : where its images are; those of its sensor and itself begin with the same words.
+    camera : intrinsics without distortion.
+    lens : librealsense's name of the distortion model, and its five coefficients.
+    rate : images a second, as it was asked to give.
+    T_stream_reference : (4, 4) maps points of the frame called `reference` to its own.
+    clock : whose clock the stamps are read from.
+    stamps, arrivals : (N,) seconds of each image, by that clock and by the recorder's, in the order of the file.
+    """
+
+    topic: str
+    camera: PinholeCamera
+    lens: tuple[str, tuple[float, ...]]
+    rate: float
+    reference: str
+    T_stream_reference: np.ndarray
+    clock: str
+    stamps: np.ndarray
+    arrivals: np.ndarray
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[_Ros1 | _Ros2]:
+    """Open a recording; whatever its bytes do to the reader of its format becomes one sentence.
+
+    Raises
+    ------
+    Refusal
+        If it is missing, empty, of another format, cut short, never closed, or spoiled inside.
+    """
+    if not path.is_file():
+        raise Refusal(f"There is no recording {shown(path)}: check the name and the folder.")
+    check, kind = (_check_ros1, _Ros1) if path.suffix.lower() == ".bag" else (_check_ros2, _Ros2)
+    check(path)
+    try:
+        recording = kind(path)
+        try:
+            yield recording
+        finally:
+            recording.reader.close()
+    except (Refusal, OSError, MemoryError):
+        raise
+    except Exception as error:
+        why = str(error).partition("\n")[0].rstrip(". ") or type(error).__name__
+        raise Refusal(f"{shown(path)} is damaged inside ({why}): copy it again.") from error
+
+
+def _check_ros1(path: Path) -> None:
+    """Prove that a file is a whole bag, and say what else it is."""
+    with open(path, "rb") as file:
+        content = file.read(4096)
+    if not content.startswith(ROS1_MAGIC):
+        what = "is empty" if not content else "is not a ROS 1 bag"
+        raise Refusal(f"{shown(path)} {what}: record it again.")
+    at = content.find(b"index_pos=")
+    index = int.from_bytes(content[at + 10 : at + 18], "little") if at >= 0 else 0
+    if index == 0:
+        raise Refusal(f"{shown(path)} was never closed (it has no index): mend it with rosbag reindex or record again.")
+    if index >= path.stat().st_size:
+        raise Refusal(f"{shown(path)} is cut short: its index lies behind its end; copy it again.")
+
+
+def _check_ros2(path: Path) -> None:
+    with open(path, "rb") as file:
+        content = file.read(len(SQLITE_MAGIC))
+    if content != SQLITE_MAGIC:
+        what = "is empty" if not content else "is not a ROS 2 recording"
+        raise Refusal(f"{shown(path)} {what}: record it again.")
+
+
+class _Recording:
+    """What both formats have in common."""
+
+    def __init__(self, path: Path, reader: Any, store: str):
+        from rosbags.typesys import Stores, get_typestore
+
+        self.path, self.reader = path, reader
+        self.store = get_typestore(Stores(store))
+        reader.open()
+        self.connections = {each.topic: each for each in reader.connections}
+
+    def messages(self, topic: str) -> Iterator[tuple[float, bytes]]:
+        """Time of arrival in seconds and bytes of each message of a topic."""
+        if topic in self.connections:
+            for _, nanoseconds, message in self.reader.messages([self.connections[topic]]):
+                yield nanoseconds * 1e-9, message
+
+    def first(self, topic: str) -> Any:
+        """The first message of a topic, or None."""
+        return next((self.decode(topic, message) for _, message in self.messages(topic)), None)
+
+    def topic_of(self, kind: str) -> str:
+        """The topic of the images of a kind."""
+        found = sorted(name for name in self.connections if (m := IMAGES.fullmatch(name)) and m["kind"] == kind)
+        if found:
+            return found[0]
+        if not any(name.startswith("/device_") for name in self.connections):
+            raise Refusal(
+                f"{shown(self.path)} was not recorded by librealsense: record it with the RealSense Viewer, or extract "
+                "color/ and depth/ from it."
+            )
+        raise Refusal(f"{shown(self.path)} holds no {'colour' if kind == 'Color' else 'depth'}: record both streams.")
+
+    def believable(self, camera: tuple, rate: float) -> PinholeCamera:
+        """The camera, if its numbers can be those of one."""
+        width, height, fx, fy, cx, cy = camera
+        sane = 0 < width < 10_000 and 0 < height < 10_000 and np.isfinite(camera).all() and min(fx, fy) > 0 and rate > 0
+        if not sane:
+            raise Refusal(f"{shown(self.path)} says nothing usable of its cameras: record it again.")
+        return PinholeCamera(int(width), int(height), fx, fy, cx, cy)
+
+    def units(self, depth: Stream) -> float:
+        """Raw units a metre."""
+        metres = self.unit_in_metres(depth)
+        if metres is None or not 1e-6 < metres < 1:
+            raise Refusal(f"{shown(self.path)} does not say the unit of its depth: record it again.")
+        return float(np.round(1 / metres, 3))
+
+    def images(self, stream: Stream, wanted: list[int]) -> list[np.ndarray]:
+        """Images by their places in the file, decoded: (H, W, 3) uint8 RGB or (H, W) uint16."""
+        places, found = set(wanted), {}
+        for place, (_, message) in enumerate(self.messages(stream.topic)):
+            if place in places:
+                found[place] = self.image(stream, message)
+                if len(found) == len(places):
+                    break
+        return [found[place] for place in wanted]
+
+    def checked(self, stream: Stream, image: np.ndarray | None) -> np.ndarray:
+        """The image, if it is what its stream promises."""
+        depth = "/Depth_" in stream.topic
+        size = (stream.camera.height, stream.camera.width)
+        good = image is not None and image.shape == (size if depth else (*size, 3))
+        if not good or image.dtype != (np.uint16 if depth else np.uint8):
+            what = "depth" if depth else "colour"
+            raise Refusal(f"{shown(self.path)} holds {what} that cannot be read: record Z16 depth and RGB8 colour.")
+        return image
+
+
+class _Ros1(_Recording):
+    """A .bag."""
+
+    def __init__(self, path: Path):
+        from rosbags.rosbag1 import Reader
+        from rosbags.typesys import get_types_from_msg
+
+        super().__init__(path, Reader(path), "ros1_noetic")
+        own = {each.msgtype: each for each in self.reader.connections if each.msgtype.startswith("realsense_msgs/")}
+        for name, each in own.items():
+            self.store.register(get_types_from_msg(each.msgdef.data, name))
+
+    def decode(self, topic: str, message: bytes) -> Any:
+        return self.store.deserialize_ros1(message, self.connections[topic].msgtype)
+
+    def device(self) -> str:
+        pairs = (self.decode("/device_0/info", message) for _, message in self.messages("/device_0/info"))
+        return next((each.value for each in pairs if each.key == "Name"), "RealSense")
+
+    def stream(self, kind: str) -> Stream:
+        topic = self.topic_of(kind)
+        base = topic.partition("/image/")[0]
+        info, lens = self.first(f"{base}/info"), self.first(f"{base}/info/camera_info")
+        tf = next((name for name in sorted(self.connections) if name.startswith(f"{base}/tf/")), None)
+        if info is None or lens is None or tf is None:
+            raise Refusal(f"{shown(self.path)} says nothing usable of its cameras: record it again.")
+        move = self.first(tf)
+        turn, shift = move.rotation, move.translation
+        clocks = (self.decode(f"{base}/image/metadata", each) for _, each in self.messages(f"{base}/image/metadata"))
+        read = [(arrival, _ros1_image(message)[0]) for arrival, message in self.messages(topic)]
+        numbers = (lens.width, lens.height, lens.K[0], lens.K[4], lens.K[2], lens.K[5])
+        return Stream(
+            topic,
+            self.believable(numbers, info.fps),
+            (lens.distortion_model, tuple(map(float, lens.D))),
+            float(info.fps),
+            tf.rpartition("/")[2],
+            from_quaternion_xyzw((turn.x, turn.y, turn.z, turn.w), (shift.x, shift.y, shift.z)),
+            next((each.value for each in clocks if each.key == "timestamp_domain"), ""),
+            np.array([stamp for _, stamp in read]),
+            np.array([arrival for arrival, _ in read]),
+        )
+
+    def unit_in_metres(self, depth: Stream) -> float | None:
+        sensor = IMAGES.fullmatch(depth.topic)["sensor"]
+        found = (self.first(f"{sensor}/option/{name}/value") for name in ("Depth Units", "Depth_Units"))
+        return next((float(each.data) for each in found if each is not None), None)
+
+    def image(self, stream: Stream, message: bytes) -> np.ndarray:
+        _, height, width, encoding, data = _ros1_image(message)
+        if "/Depth_" in stream.topic:
+            good = encoding == "mono16" and data.size == 2 * height * width
+            return self.checked(stream, data.view("<u2").reshape(height, width).astype(np.uint16) if good else None)
+        image = None
+        if encoding in TO_RGB and data.size == height * width * (4 if "a8" in encoding else 3):
+            image = data.reshape(height, width, -1)
+            image = image.copy() if TO_RGB[encoding] is None else cv2.cvtColor(image, TO_RGB[encoding])
+        return self.checked(stream, image)
+
+
+class _Ros2(_Recording):
+    """A .db3, in which what is said of the cameras stands as text, `name=value` with semicolons between."""
+
+    def __init__(self, path: Path):
+        from rosbags.rosbag2 import Reader
+
+        super().__init__(path, Reader(path), "ros2_humble")
+
+    def decode(self, topic: str, message: bytes) -> Any:
+        return self.store.deserialize_cdr(message, self.connections[topic].msgtype)
+
+    def said(self, topic: str) -> dict[str, str]:
+        found = self.first(topic)
+        return {} if found is None else _said(found.data)
+
+    def device(self) -> str:
+        return self.said("/device_0/info").get("Name", "RealSense")
+
+    def stream(self, kind: str) -> Stream:
+        topic = self.topic_of(kind)
+        base = topic.partition("/image/")[0]
+        info, lens = self.said(f"{base}/info"), self.said(f"{base}/camera_info")
+        tf = next((name for name in sorted(self.connections) if name.startswith(f"{base}/tf/")), None)
+        if not info or not lens or tf is None:
+            raise Refusal(f"{shown(self.path)} says nothing usable of its cameras: record it again.")
+        move = self.said(tf)
+        columns = np.reshape(_floats(move["rotation"]), (3, 3))
+        meta = {
+            arrival: _said(self.decode(f"{base}/image/metadata", message).data)
+            for arrival, message in self.messages(f"{base}/image/metadata")
+        }
+        arrivals = [arrival for arrival, _ in self.messages(topic)]
+        told = [meta.get(arrival, {}).get("timestamp") for arrival in arrivals]
+        stamped = None not in told
+        numbers = tuple(float(lens[name]) for name in ("width", "height", "fx", "fy", "ppx", "ppy"))
+        rate = float(info["fps"])
+        return Stream(
+            topic,
+            self.believable(numbers, rate),
+            (lens["model"], tuple(_floats(lens["coeffs"]))),
+            rate,
+            tf.rpartition("/")[2],
+            from_rotation_translation(columns.T, _floats(move["translation"])),
+            meta[arrivals[0]].get("timestamp_domain", "") if arrivals and stamped else "",
+            np.array([float(milliseconds) * 1e-3 for milliseconds in told] if stamped else arrivals),
+            np.array(arrivals),
+        )
+
+    def unit_in_metres(self, depth: Stream) -> float | None:
+        found = self.first(f"{IMAGES.fullmatch(depth.topic)['sensor']}/option/Depth_Units/value")
+        return None if found is None else float(found.data)
+
+    def image(self, stream: Stream, message: bytes) -> np.ndarray:
+        data = np.asarray(self.decode(stream.topic, message).data, dtype=np.uint8)
+        if "/Depth_" in stream.topic:
+            return self.checked(stream, cv2.imdecode(data[COMPRESSED_DEPTH_HEADER:], cv2.IMREAD_UNCHANGED))
+        image = cv2.imdecode(data, cv2.IMREAD_COLOR)
+        return self.checked(stream, None if image is None else cv2.cvtColor(image, cv2.COLOR_BGR2RGB))
+
+
+def _ros1_image(message: bytes) -> tuple[float, int, int, str, np.ndarray]:
+    """Stamp in seconds, height, width, encoding and bytes of a sensor_msgs/Image.
+
+    Taken apart here because librealsense 2.55 writes four bytes more than the message's own definition has (the depth
+    unit), which a reader that follows the definition refuses.
+    """
+    seconds, nanoseconds, length = struct.unpack_from("<4xIII", message)
+    height, width, size = struct.unpack_from("<III", message, 16 + length)
+    at = 28 + length
+    encoding = bytes(message[at : at + size]).decode("ascii")
+    (count,) = struct.unpack_from("<I", message, at + size + 5)
+    return seconds + nanoseconds * 1e-9, height, width, encoding, np.frombuffer(message, np.uint8, count, at + size + 9)
+
+
+def _said(text: str) -> dict[str, str]:
+    return dict(part.split("=", 1) for part in text.split(";") if "=" in part)
+
+
+def _floats(text: str) -> list[float]:
+    return [float(part) for part in text.split(",")]
