@@ -453,8 +453,8 @@ report("their depth, if you believe them", 65535 / 1000, "m")
 #
 # ## Your own camera
 #
-# Change one line: `room = data.from_folder("path/to/my_recording", encoding="realsense")`. Save depth as 16-bit PNG, aligned to colour,
-# or name the file that the RealSense Viewer recorded (`.bag` or `.db3`): its depth is moved to the colour camera for you.
+# Change one line: `room = data.from_folder("path/to/my_recording", encoding="realsense")`. Save depth as 16-bit PNG, aligned to colour;
+# or name a RealSense's `.bag` or `.db3`, as it is.
 # Sections 1, 3 and "Break it" then speak of your camera; what needs `truth` does not run, because nobody knows the truth of your room.
 #
 # ## To the lab
