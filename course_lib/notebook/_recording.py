@@ -61,7 +61,7 @@ def read_recording(path: Path, *, every: int = 1, most: int | None = None) -> Da
         device = recording.device()
     T_color_depth = colour.T_stream_reference @ invert(depth.T_stream_reference)
     form = DepthEncoding("recording", units, np.uint16, (0, 65535), f"depth units of {path.name}")
-    source = f"read from {path.name}: the colour camera of a {device}"
+    source = f"read from {path.name}: the colour camera of {device}"
     bent = _bend(path, colour)
     camera = replace(colour.camera, source=source if bent is None else f"{source}, straightened")
     if any(depth.lens[1]):
@@ -70,7 +70,8 @@ def read_recording(path: Path, *, every: int = 1, most: int | None = None) -> Da
     def raw(index: int) -> tuple[np.ndarray, np.ndarray]:
         image = colours[index] if bent is None else cv2.remap(colours[index], *bent, cv2.INTER_LINEAR)
         moved = align_depth(decode_depth(depths[index], form), depth.camera, camera, T_color_depth)
-        moved[(moved * units < 0.5) | (moved * units > 65534.5)] = 0
+        stored = np.rint(moved * units)
+        moved[(stored < 1) | (stored > 65534)] = 0  # what 16 bits of this unit cannot hold
         return image.copy(), encode_depth(moved, form)
 
     def frame(index: int) -> RGBDFrame:
@@ -80,7 +81,7 @@ def read_recording(path: Path, *, every: int = 1, most: int | None = None) -> Da
     return Dataset(
         name=path.stem,
         kind="yours",
-        title=f"{len(wanted)} frames of a {device}, depth aligned to colour",
+        title=f"{len(wanted)} frame{'s' if len(wanted) > 1 else ''} by {device}, depth aligned to colour",
         meta={"device": device, "frames_recorded": len(pairs)},
         files={path.name: path},
         held={"frames": Lazy(len(wanted), frame, "frames"), "encoding": form, "camera": camera},

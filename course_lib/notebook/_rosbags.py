@@ -190,7 +190,7 @@ class _Ros1(_Recording):
 
     def device(self) -> str:
         pairs = (self.decode("/device_0/info", message) for _, message in self.messages("/device_0/info"))
-        return next((each.value for each in pairs if each.key == "Name"), "RealSense")
+        return next((each.value for each in pairs if each.key == "Name"), "a RealSense")
 
     def stream(self, kind: str) -> Stream:
         topic = self.topic_of(kind)
@@ -249,7 +249,7 @@ class _Ros2(_Recording):
         return {} if found is None else _said(found.data)
 
     def device(self) -> str:
-        return self.said("/device_0/info").get("Name", "RealSense")
+        return self.said("/device_0/info").get("Name", "a RealSense")
 
     def stream(self, kind: str) -> Stream:
         topic = self.topic_of(kind)
