@@ -70,13 +70,11 @@ def voxel_grid(points: ArrayLike, size: float, origin: ArrayLike = (0.0, 0.0, 0.
     """
     array = finite_points(points)
     start = checks.vector(origin, 3, "origin")
-    cells = _cells(array, size, start)
+    cells = _cells(np.ascontiguousarray(array.T), size, start)
     runs = _runs(cells)
-    voxel = np.empty(len(array), dtype=np.intp)
-    voxel[runs.order] = np.repeat(np.arange(len(runs.start)), runs.count)
     first = runs.order[runs.start]
     index = np.stack([cell[first] for cell in cells], axis=1)
-    return VoxelGrid(voxel, index, runs.count, start, _edge(size))
+    return VoxelGrid(runs.of_points(), index, runs.count, start, _edge(size))
 
 
 def voxel_downsample(
@@ -113,7 +111,8 @@ def voxel_downsample(
         off = np.linalg.norm(array - grid.centres[grid.voxel], axis=1)
         order = np.lexsort((off, grid.voxel))
         return array[order[np.concatenate([[0], np.cumsum(grid.count)[:-1]])]]
-    return _centroids(array, _runs(_cells(array, size, start)))
+    columns = np.ascontiguousarray(array.T)  # axis by axis, memory is read in its order
+    return _centroids(columns, _runs(_cells(columns, size, start)))
 
 
 class _Runs(NamedTuple):
@@ -123,13 +122,19 @@ class _Runs(NamedTuple):
     start: NDArray[np.intp]
     count: NDArray[np.intp]
 
+    def of_points(self) -> NDArray[np.intp]:
+        """(N,) the cube of each point."""
+        cube = np.empty(len(self.order), dtype=np.intp)
+        cube[self.order] = np.repeat(np.arange(len(self.start)), self.count)
+        return cube
 
-def _cells(points: NDArray[np.float64], size: float, origin: NDArray[np.float64]) -> list[NDArray[np.int64]]:
+
+def _cells(columns: NDArray[np.float64], size: float, origin: NDArray[np.float64]) -> list[NDArray[np.int64]]:
     """The cube of each point along each axis. Rounded down: int() would put both sides of the origin into one cube."""
     edge = _edge(size)
     cells = []
-    for axis in range(3):
-        cell = points[:, axis] - origin[axis]
+    for column, begin in zip(columns, origin, strict=True):
+        cell = column - begin
         with np.errstate(over="ignore"):
             cell /= edge
         np.floor(cell, out=cell)
@@ -174,13 +179,17 @@ def _ranks(numbers: NDArray[np.int64]) -> tuple[NDArray[np.int64], int]:
     return rank.reshape(-1).astype(np.int64), len(used)
 
 
-def _centroids(points: NDArray[np.float64], runs: _Runs) -> NDArray[np.float64]:
-    """The mean of each cube's points, counted from the lowest one, so that far-away clouds keep their digits."""
+def _centroids(columns: NDArray[np.float64], runs: _Runs) -> NDArray[np.float64]:
+    """The mean of each cube's points, counted from the lowest one, so that far-away clouds keep their digits.
+
+    Points are read in their order and added to sums, of which there are few: fetching them cube by cube, from all over
+    memory, takes three times as long for a million.
+    """
+    cube = runs.of_points()
     means = np.empty((len(runs.start), 3))
-    for axis in range(3):
-        low = points[:, axis].min()
-        sums = np.add.reduceat(points[runs.order, axis] - low, runs.start)
-        means[:, axis] = low + sums / runs.count
+    for axis, column in enumerate(columns):
+        low = column.min()
+        means[:, axis] = low + np.bincount(cube, column - low, len(runs.start)) / runs.count
     return means
 
 
