@@ -6,16 +6,20 @@ recordings of ROS's own camera nodes, whose topics have other names; encrypted b
 
 from __future__ import annotations
 
+import io
 import re
 import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+from urllib.parse import quote
 
 import cv2
 import numpy as np
+import PIL
+import PIL.Image
 
 from course_lib.cameras import PinholeCamera
 from course_lib.notebook._errors import Refusal, shown
@@ -24,6 +28,8 @@ from course_lib.transforms import from_rotation_translation
 
 ROS1_MAGIC, SQLITE_MAGIC = b"#ROSBAG V2.0\n", b"SQLite format 3\0"
 IMAGES = re.compile(r"(?P<sensor>/device_\d+/sensor_\d+)/(?P<kind>Depth|Color)_\d+/image/data(/compressed(Depth)?)?")
+WIDEST = 4096
+"""Pixels along a side of an image; more is a spoiled number."""
 COMPRESSED_DEPTH_HEADER = 12
 """Bytes before the PNG in a message of ROS's compressedDepth."""
 TO_RGB = {"rgb8": None, "bgr8": cv2.COLOR_BGR2RGB, "rgba8": cv2.COLOR_RGBA2RGB, "bgra8": cv2.COLOR_BGRA2RGB}
@@ -40,8 +46,9 @@ class Stream:
     lens : librealsense's name of the distortion model, and its five coefficients.
     rate : images a second, as it was asked to give.
     T_stream_reference : (4, 4) maps points of the frame called `reference` to its own.
-    clock : whose clock the stamps are read from.
+    clock : whose clock the stamps are read from; "" where it is not told or changes.
     stamps, arrivals : (N,) seconds of each image, by that clock and by the recorder's, in the order of the file.
+    units : (N,) metres a raw unit, as each depth image says; NaN where it does not.
     """
 
     topic: str
@@ -53,6 +60,7 @@ class Stream:
     clock: str
     stamps: np.ndarray
     arrivals: np.ndarray
+    units: np.ndarray
 
 
 @contextmanager
@@ -74,10 +82,12 @@ def opened(path: Path) -> Iterator[_Ros1 | _Ros2]:
             yield recording
         finally:
             recording.reader.close()
-    except (Refusal, OSError, MemoryError):
+    except (Refusal, OSError):
         raise
+    except MemoryError as error:
+        raise Refusal(f"{shown(path)} asks for more memory than there is: copy it again, or give most=.") from error
     except Exception as error:
-        why = str(error).partition("\n")[0].rstrip(". ") or type(error).__name__
+        why = printable(str(error)).rstrip(". ") or type(error).__name__
         raise Refusal(f"{shown(path)} is damaged inside ({why}): copy it again.") from error
 
 
@@ -102,6 +112,11 @@ def _check_ros2(path: Path) -> None:
     if content != SQLITE_MAGIC:
         what = "is empty" if not content else "is not a ROS 2 recording"
         raise Refusal(f"{shown(path)} {what}: record it again.")
+
+
+def printable(text: str) -> str:
+    """The text in one line, without what a terminal would obey."""
+    return "".join(one if one.isprintable() else " " for one in text)
 
 
 class _Recording:
@@ -137,17 +152,23 @@ class _Recording:
             )
         raise Refusal(f"{shown(self.path)} holds no {'colour' if kind == 'Color' else 'depth'}: record both streams.")
 
-    def believable(self, camera: tuple, rate: float) -> PinholeCamera:
+    def believable(self, camera: tuple, rate: float, coefficients: tuple[float, ...]) -> PinholeCamera:
         """The camera, if its numbers can be those of one."""
         width, height, fx, fy, cx, cy = camera
-        sane = 0 < width < 10_000 and 0 < height < 10_000 and np.isfinite(camera).all() and min(fx, fy) > 0 and rate > 0
+        sane = np.isfinite((*camera, rate, *coefficients)).all() and rate > 0 and len(coefficients) in (0, 5)
+        sane = sane and 0 < width <= WIDEST and 0 < height <= WIDEST and all(abs(each) < 1000 for each in coefficients)
+        sane = sane and all(0.05 < f / width < 20 for f in (fx, fy)) and abs(cx) < 10 * width and abs(cy) < 10 * height
         if not sane:
             raise Refusal(f"{shown(self.path)} says nothing usable of its cameras: record it again.")
         return PinholeCamera(int(width), int(height), fx, fy, cx, cy)
 
-    def units(self, depth: Stream) -> float:
-        """Raw units a metre."""
-        metres = self.unit_in_metres(depth)
+    def units(self, depth: Stream, wanted: list[int]) -> float:
+        """Raw units a metre of the wanted images: as they say, or else as the sensor was set when recording began."""
+        told = depth.units[wanted]
+        told = told[np.isfinite(told) & (told > 0)]
+        if len(told) and told.max() > 1.001 * told.min():
+            raise Refusal(f"{shown(self.path)} changes the unit of its depth while it runs: record it with one unit.")
+        metres = float(told[0]) if len(told) else self.unit_in_metres(depth)
         if metres is None or not 1e-6 < metres < 1:
             raise Refusal(f"{shown(self.path)} does not say the unit of its depth: record it again.")
         return float(np.round(1 / metres, 3))
@@ -190,7 +211,7 @@ class _Ros1(_Recording):
 
     def device(self) -> str:
         pairs = (self.decode("/device_0/info", message) for _, message in self.messages("/device_0/info"))
-        return next((each.value for each in pairs if each.key == "Name"), "a RealSense")
+        return printable(next((each.value for each in pairs if each.key == "Name"), "a RealSense"))
 
     def stream(self, kind: str) -> Stream:
         topic = self.topic_of(kind)
@@ -201,19 +222,22 @@ class _Ros1(_Recording):
             raise Refusal(f"{shown(self.path)} says nothing usable of its cameras: record it again.")
         move = self.first(tf)
         turn, shift = move.rotation, move.translation
-        clocks = (self.decode(f"{base}/image/metadata", each) for _, each in self.messages(f"{base}/image/metadata"))
-        read = [(arrival, _ros1_image(message)[0]) for arrival, message in self.messages(topic)]
+        meta = f"{base}/image/metadata"
+        clocks = (self.decode(meta, each) for _, each in self.messages(meta) if b"timestamp_domain" in each)
+        read = [(arrival, _ros1_image(message)) for arrival, message in self.messages(topic)]
         numbers = (lens.width, lens.height, lens.K[0], lens.K[4], lens.K[2], lens.K[5])
+        coefficients = tuple(map(float, lens.D))
         return Stream(
             topic,
-            self.believable(numbers, info.fps),
-            (lens.distortion_model, tuple(map(float, lens.D))),
+            self.believable(numbers, info.fps, coefficients),
+            (lens.distortion_model, coefficients),
             float(info.fps),
             tf.rpartition("/")[2],
             from_quaternion_xyzw((turn.x, turn.y, turn.z, turn.w), (shift.x, shift.y, shift.z)),
-            next((each.value for each in clocks if each.key == "timestamp_domain"), ""),
-            np.array([stamp for _, stamp in read]),
+            _only({each.value for each in clocks if each.key == "timestamp_domain"}),
+            np.array([image.stamp for _, image in read]),
             np.array([arrival for arrival, _ in read]),
+            np.array([image.unit for _, image in read]),
         )
 
     def unit_in_metres(self, depth: Stream) -> float | None:
@@ -222,7 +246,7 @@ class _Ros1(_Recording):
         return next((float(each.data) for each in found if each is not None), None)
 
     def image(self, stream: Stream, message: bytes) -> np.ndarray:
-        _, height, width, encoding, data = _ros1_image(message)
+        _, height, width, encoding, data, _ = _ros1_image(message)
         if "/Depth_" in stream.topic:
             good = encoding == "mono16" and data.size == 2 * height * width
             return self.checked(stream, data.view("<u2").reshape(height, width).astype(np.uint16) if good else None)
@@ -239,7 +263,9 @@ class _Ros2(_Recording):
     def __init__(self, path: Path):
         from rosbags.rosbag2 import Reader
 
-        super().__init__(path, Reader(path), "ros2_humble")
+        reader = Reader(path)
+        reader.storage.path = Path(quote(str(path.absolute()), safe="/\\:"))  # rosbags writes it into a URI as it is
+        super().__init__(path, reader, "ros2_humble")
 
     def decode(self, topic: str, message: bytes) -> Any:
         return self.store.deserialize_cdr(message, self.connections[topic].msgtype)
@@ -249,7 +275,7 @@ class _Ros2(_Recording):
         return {} if found is None else _said(found.data)
 
     def device(self) -> str:
-        return self.said("/device_0/info").get("Name", "a RealSense")
+        return printable(self.said("/device_0/info").get("Name", "a RealSense"))
 
     def stream(self, kind: str) -> Stream:
         topic = self.topic_of(kind)
@@ -267,18 +293,21 @@ class _Ros2(_Recording):
         arrivals = [arrival for arrival, _ in self.messages(topic)]
         told = [meta.get(arrival, {}).get("timestamp") for arrival in arrivals]
         stamped = None not in told
+        if info["encoding"].lower() not in (TO_RGB if kind == "Color" else ("z16",)):
+            raise Refusal(f"{shown(self.path)} holds {info['encoding']}: record Z16 depth and RGB8 colour.")
         numbers = tuple(float(lens[name]) for name in ("width", "height", "fx", "fy", "ppx", "ppy"))
-        rate = float(info["fps"])
+        rate, coefficients = float(info["fps"]), tuple(_floats(lens["coeffs"]))
         return Stream(
             topic,
-            self.believable(numbers, rate),
-            (lens["model"], tuple(_floats(lens["coeffs"]))),
+            self.believable(numbers, rate, coefficients),
+            (lens["model"], coefficients),
             rate,
             tf.rpartition("/")[2],
             from_rotation_translation(columns.T, _floats(move["translation"])),
-            meta[arrivals[0]].get("timestamp_domain", "") if arrivals and stamped else "",
+            _only({each.get("timestamp_domain", "") for each in meta.values()}) if stamped else "",
             np.array([float(milliseconds) * 1e-3 for milliseconds in told] if stamped else arrivals),
             np.array(arrivals),
+            np.array([float(meta.get(arrival, {}).get("depth_units", "nan")) for arrival in arrivals]),
         )
 
     def unit_in_metres(self, depth: Stream) -> float | None:
@@ -287,24 +316,51 @@ class _Ros2(_Recording):
 
     def image(self, stream: Stream, message: bytes) -> np.ndarray:
         data = np.asarray(self.decode(stream.topic, message).data, dtype=np.uint8)
-        if "/Depth_" in stream.topic:
-            return self.checked(stream, cv2.imdecode(data[COMPRESSED_DEPTH_HEADER:], cv2.IMREAD_UNCHANGED))
-        image = cv2.imdecode(data, cv2.IMREAD_COLOR)
-        return self.checked(stream, None if image is None else cv2.cvtColor(image, cv2.COLOR_BGR2RGB))
+        depth = "/Depth_" in stream.topic
+        data = data[COMPRESSED_DEPTH_HEADER:] if depth else data
+        # Looked at before it is unpacked: a few spoiled bytes can promise gigabytes.
+        try:
+            with PIL.Image.open(io.BytesIO(data.tobytes()), formats=("PNG", "JPEG")) as promised:
+                fits = promised.size == (stream.camera.width, stream.camera.height)
+        except (PIL.UnidentifiedImageError, PIL.Image.DecompressionBombError):
+            fits = False
+        if not fits:
+            return self.checked(stream, None)
+        image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED if depth else cv2.IMREAD_COLOR)
+        return self.checked(stream, image if depth or image is None else cv2.cvtColor(image, cv2.COLOR_BGR2RGB))
 
 
-def _ros1_image(message: bytes) -> tuple[float, int, int, str, np.ndarray]:
-    """Stamp in seconds, height, width, encoding and bytes of a sensor_msgs/Image.
+class _Ros1Image(NamedTuple):
+    """A sensor_msgs/Image of ROS 1, with the metres a unit that librealsense appends."""
 
-    Taken apart here because librealsense 2.55 writes four bytes more than the message's own definition has (the depth
-    unit), which a reader that follows the definition refuses.
+    stamp: float
+    height: int
+    width: int
+    encoding: str
+    data: np.ndarray
+    unit: float
+
+
+def _ros1_image(message: bytes) -> _Ros1Image:
+    """Take an Image apart.
+
+    Done here because librealsense 2.55 writes four bytes more than the message's own definition has (of a depth image,
+    metres a unit), which a reader that follows the definition refuses.
     """
     seconds, nanoseconds, length = struct.unpack_from("<4xIII", message)
     height, width, size = struct.unpack_from("<III", message, 16 + length)
     at = 28 + length
     encoding = bytes(message[at : at + size]).decode("ascii")
     (count,) = struct.unpack_from("<I", message, at + size + 5)
-    return seconds + nanoseconds * 1e-9, height, width, encoding, np.frombuffer(message, np.uint8, count, at + size + 9)
+    data = np.frombuffer(message, np.uint8, count, at + size + 9)
+    end = at + size + 9 + count
+    unit = struct.unpack_from("<f", message, end)[0] if len(message) >= end + 4 else np.nan
+    return _Ros1Image(seconds + nanoseconds * 1e-9, height, width, encoding, data, unit)
+
+
+def _only(words: set[str]) -> str:
+    """The only one of the words, or ""."""
+    return next(iter(words)) if len(words) == 1 else ""
 
 
 def _said(text: str) -> dict[str, str]:

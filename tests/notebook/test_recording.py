@@ -7,6 +7,8 @@ turned by 0.05 rad about y.
 
 import shutil
 import sqlite3
+import struct
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +17,7 @@ from data_helpers import MIRROR, needs_mirror
 
 from course_lib.cameras import PinholeCamera, deproject, project
 from course_lib.distortion import distort
-from course_lib.notebook import _rosbags, data
+from course_lib.notebook import _recording, _rosbags, data
 from course_lib.notebook._errors import Refusal
 from course_lib.notebook._recording import _pair
 from course_lib.transforms import apply, from_rotation_translation, invert, rotation_y
@@ -96,7 +98,9 @@ def test_a_recording_of_a_real_camera(capfd):
 def stream(stamps, *, clock="Hardware Clock", rate=30.0, arrivals=None) -> _rosbags.Stream:
     arrivals = stamps if arrivals is None else arrivals
     lens = ("Brown Conrady", (0.0,) * 5)
-    return _rosbags.Stream("", DEPTH_CAMERA, lens, rate, "0", np.eye(4), clock, np.array(stamps), np.array(arrivals))
+    units = np.full(len(stamps), np.nan)
+    times = np.array(stamps), np.array(arrivals)
+    return _rosbags.Stream("", DEPTH_CAMERA, lens, rate, "0", np.eye(4), clock, *times, units)
 
 
 def test_images_pair_by_time():
@@ -137,6 +141,14 @@ def text(topic: str, old: str, new: str) -> str:
     return f"UPDATE messages SET data = CAST(replace(CAST(data AS TEXT), '{old}', '{new}') AS BLOB) WHERE {rows(topic)}"
 
 
+def rows_of_one(topic: str, old: str, new: str) -> str:
+    """As `text`, in the last message only."""
+    return text(topic, old, new) + f" AND id = (SELECT max(id) FROM messages WHERE {rows(topic)})"
+
+
+NO_UNITS = text("/Depth_0/image/metadata", "depth_units", "depth_hints")
+
+
 @pytest.mark.parametrize(
     ("statements", "says"),
     [
@@ -144,7 +156,14 @@ def text(topic: str, old: str, new: str) -> str:
         ([rename("/Color_0/", "/Infra_0/")], "walk.db3 holds no colour: record both streams"),
         ([rename("/Depth_0/", "/Infra_0/")], "walk.db3 holds no depth: record both streams"),
         ([f"DELETE FROM messages WHERE {rows('/compressedDepth')}"], "holds no frame with both depth and colour"),
-        ([f"DELETE FROM messages WHERE {rows('/Depth_Units/value')}"], "does not say the unit of its depth: record"),
+        ([rename("/Depth_Units/", "/No_Units/"), NO_UNITS], "walk.db3 does not say the unit of its depth: record"),
+        ([rows_of_one("/Depth_0/image/metadata", "depth_units=0.001", "depth_units=0.002")], "changes the unit of its"),
+        ([text("/Color_0/info", "RGB8", "Y16 ")], "walk.db3 holds Y16 : record Z16 depth and RGB8 colour"),
+        ([text("/Color_0/camera_info", "fx=55", "fx= 0")], "says nothing usable of its cameras: record"),
+        ([text("/Color_0/camera_info", "coeffs=-", "coeffs=z")], "walk.db3 is damaged inside .*: copy it again"),
+        ([text("/Color_0/camera_info", "coeffs=-0.200000003", "coeffs=         nan")], "says nothing usable of its"),
+        ([text("/Color_0/camera_info", "Inverse Brown Conrady", "Kannala Brandt 4-like")], "colour lens of the model K"),
+        ([text("/Depth_0/camera_info", "Brown Conrady", "Kannala Brand")], "is not of a stereo camera: its depth"),
         ([rename("/Color_0/tf/ref_1", "/Color_0/tf/ref_2")], "does not say where its cameras are to each other"),
         ([f"DELETE FROM messages WHERE {rows('/Color_0/camera_info')}"], "says nothing usable of its cameras: record"),
         ([rename("/Depth_0/tf/", "/Depth_0/no/")], "says nothing usable of its cameras: record it again"),
@@ -164,6 +183,57 @@ def test_what_a_recording_lacks_is_said(tmp_path, statements, says):
         path = changed(tmp_path, *statements)
     with pytest.raises(Refusal, match=says):
         data.from_folder(path)
+
+
+def test_each_image_says_its_unit(tmp_path):
+    """What the sensor was set to when the recording began is not what counts."""
+    path = changed(tmp_path, text("/Depth_Units/value", "0.001000", "0.000100"))
+    assert data.from_folder(path).encoding.units_per_metre == 1000
+    path = changed(tmp_path, text("/Depth_0/image/metadata", "depth_units=0.001000", "depth_units=0.000500"))
+    halved, whole = data.from_folder(path), data.from_folder(ROS2)
+    assert halved.encoding.units_per_metre == 2000
+    assert np.median(halved.frames[0].depth) == pytest.approx(0.5 * np.median(whole.frames[0].depth), rel=0.05)
+
+
+@pytest.mark.parametrize("name", ["walk%201", "walk#2", "walk?3", "walk 4; 5"])
+@both_formats
+def test_names_that_mean_something_in_an_address(tmp_path, path, name):
+    here = tmp_path / f"run #1 {name}"
+    here.mkdir()
+    shutil.copy(path, here / f"{name}{path.suffix}")
+    (here / f"walk 1{path.suffix}").write_bytes(b"another")
+    assert len(data.from_folder(here / f"{name}{path.suffix}").frames) == 3
+
+
+def test_a_small_file_that_promises_a_huge_picture_is_not_unpacked(tmp_path, monkeypatch):
+    path = tmp_path / "walk.db3"
+    shutil.copy(ROS2, path)
+    small, huge = (b"IHDR" + struct.pack(">II", *size) for size in ((64, 48), (20_000, 20_000)))
+    with sqlite3.connect(path) as connection:
+        select = f"SELECT id, data FROM messages WHERE {rows('/Color_0/image/data/compressed')}"
+        for number, content in connection.execute(select).fetchall():
+            at = content.index(small)
+            header = huge + content[at + len(small) : at + 17]
+            whole = content[:at] + header + struct.pack(">I", zlib.crc32(header)) + content[at + 21 :]
+            connection.execute("UPDATE messages SET data = ? WHERE id = ?", (whole, number))
+    connection.close()
+    monkeypatch.setattr(_rosbags.cv2, "imdecode", lambda *_: pytest.fail("unpacked"))
+    with pytest.raises(Refusal, match="walk.db3 (holds colour that cannot be read|is damaged inside)"):
+        data.from_folder(path)
+
+
+def test_too_many_frames_for_the_memory_are_refused_first(monkeypatch):
+    monkeypatch.setattr(_recording, "MOST_BYTES", 30_000)
+    with pytest.raises(Refusal, match="3 frames take 0.0 GB: say most= or every="):
+        data.from_folder(ROS2)
+    assert len(data.from_folder(ROS2, most=1).frames) == 1
+
+
+def test_the_clock_must_be_one_all_the_time(tmp_path):
+    """Where it changes while recording, stamps before and after it have nothing in common: arrival counts."""
+    other = rows_of_one("/Color_0/image/metadata", "Hardware Clock", "Global Time   ")
+    path = changed(tmp_path, other, rows_of_one("/Color_0/image/metadata", "timestamp=99.9", "timestamp=9e99"))
+    assert [int(np.median(frame.color[..., 2])) for frame in data.from_folder(path).frames] == [0, 60, 180]
 
 
 def test_frames_without_a_stamp_go_by_their_arrival(tmp_path):
