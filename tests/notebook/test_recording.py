@@ -162,7 +162,7 @@ NO_UNITS = text("/Depth_0/image/metadata", "depth_units", "depth_hints")
         ([text("/Color_0/camera_info", "fx=55", "fx= 0")], "says nothing usable of its cameras: record"),
         ([text("/Color_0/camera_info", "coeffs=-", "coeffs=z")], "walk.db3 is damaged inside .*: copy it again"),
         ([text("/Color_0/camera_info", "coeffs=-0.200000003", "coeffs=         nan")], "says nothing usable of its"),
-        ([text("/Color_0/camera_info", "Inverse Brown Conrady", "Kannala Brandt 4-like")], "colour lens of the model K"),
+        ([text("/Color_0/camera_info", "Inverse Brown Conrady", "Kannala Brandt 4-like")], "colour lens of the model"),
         ([text("/Depth_0/camera_info", "Brown Conrady", "Kannala Brand")], "is not of a stereo camera: its depth"),
         ([rename("/Color_0/tf/ref_1", "/Color_0/tf/ref_2")], "does not say where its cameras are to each other"),
         ([f"DELETE FROM messages WHERE {rows('/Color_0/camera_info')}"], "says nothing usable of its cameras: record"),
