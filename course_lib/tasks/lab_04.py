@@ -43,10 +43,12 @@ def _index_case(points: np.ndarray, voxel: float, origin: np.ndarray, name: str)
 
 def _index_cases(rng: np.random.Generator) -> list[Case]:
     hand = np.array([[0.9, 0.1, 0.0], [-0.1, 0.6, 1.2]])
+    faces = np.array([[-0.5, 1.0, 0.5], [-1.5, -1.0, 0.0]])  # exact in binary
     room = rng.uniform(-2, 2, (40, 3))
     far = rng.uniform(-3, 3, (40, 3)) + [50.0, -20.0, 4.0]
     return [
         _index_case(hand, 0.5, np.zeros(3), "two points, to do in your head"),
+        _index_case(faces, 0.5, np.zeros(3), "points on faces of cubes: a face belongs to the cube that begins there"),
         _index_case(room, 0.2, rng.uniform(0.3, 0.6, 3), "a room around the origin"),
         _index_case(far, 0.25, rng.uniform(5, 9, 3), "a place far from the origin"),
     ]
@@ -127,7 +129,8 @@ def _normal_cases(rng: np.random.Generator) -> list[Case]:
     """Slanted patches, each seen from both of its sides.
 
     A viewpoint halfway to the patch is on one side of it and one beyond the patch on the other; both are on the same
-    side of the plane through the origin. So a sign that is taken from the viewpoint alone is wrong in one of two.
+    side of the plane through the origin. So a sign that is taken from the viewpoint alone is wrong in one of two. The
+    upright wall's plane nearly holds the origin and the z axis: neither z = a x + b y + c nor n · p = 1 describes it.
     """
     cases = []
     for name, centre, slant in (
@@ -140,6 +143,11 @@ def _normal_cases(rng: np.random.Generator) -> list[Case]:
             viewpoint = factor * np.array(centre) + rng.uniform(-0.03, 0.03, 3)
             given = {"neighbours": neighbours, "viewpoint": viewpoint}
             cases.append(Case(given, {"truth": _normal(neighbours, viewpoint)}, f"{name}, seen from {side}"))
+    centre, normal = np.array([1.0, 2.0, 0.7]), np.array([2.0, -1.0, 0.0]) + rng.uniform(-0.02, 0.02, 3)
+    neighbours = _patch(rng, centre, normal)
+    for factor, side in ((1.0, "one side"), (-1.0, "the other side")):
+        given = {"neighbours": neighbours, "viewpoint": centre + factor * normal}
+        cases.append(Case(given, {"truth": _normal(**given)}, f"an upright wall, seen from {side}"))
     return cases
 
 
@@ -214,7 +222,7 @@ _GRIDS = (
 
 TASKS = (
     Task(
-        id="04-1", title="the cube of a point", points=1, version=2, kind="fill",
+        id="04-1", title="the cube of a point", points=1, version=3, kind="fill",
         signature="def voxel_index(points, voxel, origin)",
         cases=_index_cases,
         judge=_judge_index,
@@ -232,7 +240,7 @@ TASKS = (
         where="lesson 04, section 1 (one point a cube)",
     ),
     Task(
-        id="04-3", title="mend a normal", points=3, version=1, kind="mend",
+        id="04-3", title="mend a normal", points=3, version=2, kind="mend",
         signature="def normal_of(neighbours, viewpoint)",
         cases=_normal_cases,
         judge=_judge_normal,

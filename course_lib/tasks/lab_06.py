@@ -164,9 +164,13 @@ def _height_case(points: np.ndarray, plane: np.ndarray, name: str) -> Case:
 def _height_cases(rng: np.random.Generator, load: Callable[[str], Any]) -> list[Case]:
     head = np.array([[0, 0, 5], [0, 2, 5], [1, 1.5, 3], [0, 2.25, 1.0]])
     below = np.array([[0, 0, 2], [0.3, 0.2, 1.5], [-0.5, 0.4, 0.8], [1, -1, 2.125]])
+    pit = np.array([[0, 1.9, 3], [0, 3, 3], [1, 2.7, 4], [0.5, 2.9, 2]])
+    hung = np.array([[0, 0, 5], [0, -2, 5], [1, -1.5, 3], [0, -2.25, 1]])
     cases = [
         _height_case(head, np.array([0, 2.0, 0, -4.0]), "a floor two metres below the camera, to do in your head"),
         _height_case(below, np.array([0, 0, 3.0, -6.0]), "a camera that looks straight down"),
+        _height_case(pit, np.array([0, 2.0, 0, -4.0]), "a pit: most of it is below the floor"),
+        _height_case(hung, np.array([0, 2.0, 0, 4.0]), "a camera that hangs upside down"),
     ]
     for i, number in enumerate(_FRAMES):
         points, plane = _real_floor(load, number)
@@ -258,7 +262,7 @@ TASKS = (
         where="lesson 06, section 1 (the plane that fits best); least squares in z: section 2",
     ),
     Task(
-        id="06-3", title="mend heights above a real floor", points=3, version=2, kind="mend",
+        id="06-3", title="mend heights above a real floor", points=3, version=3, kind="mend",
         signature="def heights_above_floor(points, plane)",
         cases=_height_cases,
         judge=lambda case, answer: judge_array(answer, case.truth, _HEIGHT_TOLERANCE, "m", what="the heights"),

@@ -45,6 +45,12 @@ INDEX_MISTAKES = (
         _wrong_index("np.floor((points - origin) * voxel).astype(int)"),
     ),
     Misconception(
+        "one taken off below zero",
+        "cut off towards zero, and one less below it: a point on a face then lies one cube too far; use np.floor",
+        _wrong_index("((points - origin) / voxel).astype(int) - (points < origin)"),
+        variants=(_wrong_index("np.rint((points - origin) / voxel - 0.5).astype(int)"),),
+    ),
+    Misconception(
         "rounded before dividing",
         "metres rounded down first and divided then: divide first, then round down",
         _wrong_index("np.floor(points - origin) / voxel"),
@@ -159,6 +165,15 @@ def _wrong_normal(left: tuple[str, ...] = (), column: str = "", sign: str = "< 0
             "    return normal\n")
 
 
+def _fitted(found: str, normal: str) -> str:
+    """A normal from another equation of the plane, with its length and sign right."""
+    return ("def normal_of(neighbours, viewpoint):\n"
+            f"    found = {found}\n"
+            f"    normal = {normal}\n"
+            "    normal = normal / np.linalg.norm(normal)\n"
+            "    return normal if normal @ (viewpoint - neighbours.mean(axis=0)) > 0 else -normal\n")
+
+
 # Without centring, the smallest eigenvector stands at a right angle on the mean itself, and both signs agree: the
 # sign that is left in as well shows after centring.
 _COMBINED = (("centring",), ("row",), ("sign",), ("centring", "row"), ("row", "sign"))
@@ -177,6 +192,17 @@ NORMAL_MISTAKES = left_in({name: said for name, (_, _, said) in _GIVEN.items()},
         "middle eigenvector",
         "the eigenvector of the middle eigenvalue, which lies in the surface: eigh sorts ascending, so take column 0",
         _wrong_normal(column="vectors[:, 1]"),
+    ),
+    Misconception(
+        "least squares in z",
+        "the plane z = a x + b y + c: an upright wall has none; take the direction in which the points spread least",
+        _fitted("np.linalg.lstsq(np.c_[neighbours[:, :2], np.ones(len(neighbours))], neighbours[:, 2], rcond=None)[0]",
+                "np.array([-found[0], -found[1], 1.0])"),
+    ),
+    Misconception(
+        "n · p = 1",
+        "the plane n · p = 1: one through the origin has none, and near it errors grow; centre the points",
+        _fitted("np.linalg.lstsq(neighbours, np.ones(len(neighbours)), rcond=None)[0]", "found"),
     ),
     Misconception(
         "away from the viewpoint",

@@ -168,6 +168,18 @@ HEIGHT_MISTAKES = left_in({name: said for name, (_, _, said) in _GIVEN_MISTAKES.
         _wrong_heights((), "height"),
     ),
     Misconception(
+        "side where most points are",
+        "heights positive where most points are, which a pit turns over: the camera, at the origin, is above",
+        _wrong_heights((), "height * np.sign(np.median(height))"),
+        variants=(_wrong_heights((), "height * np.sign(height.mean())"),
+                  _wrong_heights((), "height * np.sign(height.max() + height.min())")),
+    ),
+    Misconception(
+        "side by the largest component",
+        "up taken from the normal's largest component, as if the camera stood upright: the camera is above",
+        _wrong_heights((), "-height * np.sign(normal[np.argmax(np.abs(normal))])"),
+    ),
+    Misconception(
         "level camera",
         "heights along the camera's y, as if it looked straight ahead: measure them along the floor's normal",
         "def heights_above_floor(points, plane):\n"
