@@ -17,7 +17,8 @@ from course_lib.neighbours import Neighbours, finite_points
 __all__ = ["Surfels", "estimate_normals", "fit_surfels", "orient_normals", "smallest_eigenvectors"]
 
 FLAT = 1e-12  # a second eigenvalue below this share of the largest: the neighbours lie on a line, which has no normal
-ROUNDING = 16 * np.finfo(float).eps  # of a coordinate, as a share of its size
+ROUNDING = 16 * np.finfo(np.float64).eps  # of a coordinate and of what is computed from it, as a share of its size
+ROUNDING_FLOAT32 = 4 * np.finfo(np.float32).eps  # of a coordinate that came in single precision
 NEARLY_A_LINE = 1 - 1e-6  # from here on the closed form loses digits, and the slower solver takes over
 BLOCK = 1 << 13  # points at a time: the coordinates of their neighbours stay in the cache
 
@@ -67,7 +68,7 @@ def estimate_normals(
     [0.0, 0.0, -1.0]
     """
     array = finite_points(points)
-    normals = fit_surfels(array, k, radius).normals
+    normals = _surfels(array, k, radius, _rounding(points)).normals
     if np.isnan(normals[:, 0]).all():
         raise ValueError(
             "points: nowhere do neighbours span a plane (fewer than 3, or on one line); there are no normals."
@@ -119,6 +120,15 @@ def fit_surfels(points: ArrayLike, k: int = 30, radius: float = np.inf) -> Surfe
     ValueError
         If there are fewer than 3 points, or k < 3.
     """
+    return _surfels(points, k, radius, _rounding(points))
+
+
+def _rounding(points: ArrayLike) -> float:
+    """How exact the coordinates are, as a share of their size: a line in float32 is not straight in float64."""
+    return ROUNDING_FLOAT32 if np.asarray(points).dtype.itemsize < 8 else ROUNDING
+
+
+def _surfels(points: ArrayLike, k: int, radius: float, rounding: float) -> Surfels:
     near = Neighbours(points)
     if len(near) < 3:
         raise ValueError(f"points: a plane needs 3 of them, there are {len(near)}.")
@@ -126,12 +136,12 @@ def fit_surfels(points: ArrayLike, k: int = 30, radius: float = np.inf) -> Surfe
         raise ValueError(f"k: a plane needs at least 3 neighbours, got {k!r}.")
     normals, variation = np.empty((len(near), 3)), np.empty(len(near))
     for index, distance, place in near.self_nearest(min(int(k), len(near)), radius, block=BLOCK):
-        normals[index], variation[index] = _planes(near.sorted, distance, place)
+        normals[index], variation[index] = _planes(near.sorted, distance, place, rounding)
     return Surfels(normals, variation)
 
 
 def _planes(
-    points: NDArray[np.float64], distance: NDArray[np.float64], place: NDArray[np.intp]
+    points: NDArray[np.float64], distance: NDArray[np.float64], place: NDArray[np.intp], rounding: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Normals and variations of a block: the eigenvectors of its covariances."""
     there = np.isfinite(distance)
@@ -147,8 +157,8 @@ def _planes(
     for row, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
         six[row] = np.einsum("nk,nk->n", offsets[i], offsets[j]) * share - mean[i] * mean[j]
     normals, values = smallest_eigenvectors(six)
-    rounding = (ROUNDING * np.abs(own).max(axis=1)) ** 2  # a spread below that of the digits of the coordinates
-    line = (count < 3) | (values[1] <= np.maximum(FLAT * values[2], rounding))
+    digits = (rounding * np.abs(own).max(axis=1)) ** 2  # a spread below that of the digits of the coordinates
+    line = (count < 3) | (values[1] <= np.maximum(FLAT * values[2], digits))
     variation = values[0] / np.where(line, 1, values.sum(axis=0))
     normals[line], variation[line] = np.nan, np.nan
     return normals, variation

@@ -120,7 +120,7 @@ def iterations_needed(inlier_share: float, sample: int = 3, confidence: float = 
     Raises
     ------
     ValueError
-        If a number lies outside.
+        If a number lies outside, or no number of samples is enough.
 
     References
     ----------
@@ -131,14 +131,14 @@ def iterations_needed(inlier_share: float, sample: int = 3, confidence: float = 
     >>> iterations_needed(0.6, 3, 0.99)
     19
     """
-    if not 0 < inlier_share <= 1:
-        raise ValueError(f"inlier_share: expected a share in (0, 1], got {inlier_share!r}.")
-    if not 0 < confidence < 1:
+    w, p = checks.number(inlier_share, "inlier_share"), checks.number(confidence, "confidence")
+    if isinstance(sample, bool) or not isinstance(sample, (int, np.integer)) or sample < 1:
+        raise ValueError(f"sample: expected a whole number of points from 1 on, got {sample!r}.")
+    if not 0 < p < 1:
         raise ValueError(f"confidence: expected a probability in (0, 1), got {confidence!r}.")
-    good = inlier_share**sample
-    if good >= 1:
-        return 1
-    return max(1, math.ceil(math.log(1 - confidence) / math.log1p(-good)))
+    if not 0 < w <= 1 or (good := w**sample) < 1e-300:
+        raise ValueError(f"inlier_share: expected a share in (0, 1], and not one near 0, got {inlier_share!r}.")
+    return 1 if good >= 1 else max(1, math.ceil(math.log(1 - p) / math.log1p(-good)))
 
 
 def find_plane(

@@ -28,12 +28,13 @@ def robust_weights(residual: NDArray[np.float64], kernel: str) -> NDArray[np.flo
 
     Returns
     -------
-    (N,) float64, or None where all count alike: for "none", or where at least half of the residuals are 0.
+    (N,) float64, or None for "none", where all count alike. Where the median is 0, 1 for residuals of 0 and 0 for
+    the others, which both kernels come to as the median shrinks.
 
     Raises
     ------
     ValueError
-        If there is no such kernel.
+        If there is no such kernel, or a residual is not finite.
 
     Examples
     --------
@@ -45,8 +46,10 @@ def robust_weights(residual: NDArray[np.float64], kernel: str) -> NDArray[np.flo
     if kernel == "none":
         return None
     scale = TO_DEVIATION * float(np.median(residual))
+    if not np.isfinite(residual).all():
+        raise ValueError("residual: a NaN or infinite residual has no weight; drop such pairs first.")
     if scale == 0:
-        return None
+        return (residual == 0).astype(np.float64)
     ratio = residual / scale
     if kernel == "huber":
         return np.minimum(1.0, HUBER / np.maximum(ratio, 1e-12))

@@ -190,3 +190,16 @@ def test_bad_arguments_get_one_sentence(call, sentence):
 
 def test_the_module_offers_what_it_says():
     assert all(callable(getattr(normals, name)) for name in normals.__all__)
+
+
+@pytest.mark.parametrize("offset", [0.0, 1.0, 10.0, 1000.0, 1e4])
+def test_a_line_in_single_precision_has_no_normals_either(offset):
+    line = (np.outer(np.arange(60) * 0.02, [1, 0.37, 0.21]) + offset).astype(np.float32)
+    with pytest.raises(ValueError, match="nowhere do neighbours span a plane"):
+        estimate_normals(line, k=10)
+    assert np.isnan(fit_surfels(line, k=10).normals).all()
+
+
+def test_a_board_in_single_precision_keeps_its_normals():
+    board = np.random.default_rng(0).uniform(0, 1, (400, 3)) * [1, 1, 0] + [10, 20, 2]
+    assert np.abs(estimate_normals(board.astype(np.float32), k=10)[:, 2]).min() > 1 - 1e-6

@@ -299,3 +299,19 @@ def test_a_room_without_a_floor_and_odd_arguments_get_a_sentence():
         floors.remove_floor(points, 0.01, clearance=0)
     with pytest.raises(ValueError, match="stands upright"):
         floors.heights_above(points, Plane((0, 1, 0), 0))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ((1e-110,), "inlier_share: expected a share in .0, 1., and not one near 0, got 1e-110"),
+        (("a",), "inlier_share: expected real numbers"),
+        ((0.5, 0), "sample"),
+        ((0.5, -2), "sample"),
+        ((0.5, 2.5), "sample"),
+        ((0.5, 3, 1.0), "confidence: expected a probability"),
+    ],
+)
+def test_iterations_of_what_is_no_sample(arguments, says):
+    with pytest.raises(ValueError, match=says):
+        planes.iterations_needed(*arguments)

@@ -17,6 +17,7 @@ from course_lib.neighbours import spacing
 from course_lib.notebook import data
 from course_lib.partners import Partners
 from course_lib.registration import fit_rigid, fit_rigid_to_planes, icp
+from course_lib.robust import robust_weights
 
 open3d = pytest.mark.skipif(importlib.util.find_spec("open3d") is None, reason="Open3D is not installed")
 needs_mirror = pytest.mark.skipif(
@@ -444,3 +445,23 @@ def test_the_lidar_pair_from_identity_in_one_call(to_planes):
     found = icp(source, target, COARSE_TO_FINE, slopes if to_planes else None, steps=40, tolerance=1e-4)
     error = transforms.pose_error(found.T_target_source, T)
     assert error.metres <= 0.016 and error.degrees <= 0.2
+
+
+@pytest.mark.parametrize("off", [0.0, 1e-4])
+def test_a_kernel_works_where_most_pairs_fit_exactly(off):
+    """400 of 1000 points moved by 12 mm: whether the start is exact or nearly so, they do not pull."""
+    rng = np.random.default_rng(0)
+    target = rng.uniform(0, 1, (1000, 3))
+    source = target.copy()
+    source[:400] += [0.012, 0, 0]
+    start = transforms.from_rotation_translation(np.eye(3), (off, 0, 0))
+    found = icp(source, target, 0.05, initial=start, kernel="tukey")
+    assert np.linalg.norm(found.T_target_source[:3, 3]) < 1e-6
+
+
+def test_weights_where_the_median_is_zero():
+    assert robust_weights(np.array([0.0, 0, 0, 100]), "tukey").tolist() == [1, 1, 1, 0]
+    assert robust_weights(np.array([0.0, 0, 0, 100]), "huber").tolist() == [1, 1, 1, 0]
+    assert robust_weights(np.array([0.0, 1]), "none") is None
+    with pytest.raises(ValueError, match="a NaN or infinite residual has no weight"):
+        robust_weights(np.array([0.0, np.nan, 1.0]), "tukey")
