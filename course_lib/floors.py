@@ -54,15 +54,19 @@ def find_floor(
     if not 0 < most_degrees < 90:
         raise ValueError(f"most_degrees: expected an angle between 0 and 90, got {most_degrees!r}.")
     least = max(3, int(LEAST_SHARE * len(array)))
-    level: list[tuple[float, Plane]] = []
+    level: list[tuple[Plane, NDArray[np.intp]]] = []
+    common = np.zeros(3)
     for plane, index in find_planes(array, threshold, most=TRIED, least=least, seed=seed):
-        if abs(float(plane.normal @ upward)) >= np.cos(np.radians(most_degrees)):
-            level.append((float(np.median(array[index] @ upward)), plane))
+        along = float(plane.normal @ upward)
+        if abs(along) >= np.cos(np.radians(most_degrees)):
+            level.append((plane, index))
+            common += len(index) * np.copysign(1.0, along) * plane.normal
     if not level:
         raise ValueError(
             f"points: none of their large planes is within {most_degrees:g} degrees of level; is `up` in their frame?"
         )
-    return min(level, key=lambda one: one[0])[1]
+    # Along the planes' own normal: along an `up` that is 20 degrees off, a far floor is higher than a near table.
+    return min(level, key=lambda one: float(np.median(array[one[1]] @ common)))[0]
 
 
 def heights_above(points: ArrayLike, floor: Plane, up: ArrayLike = (0.0, 0.0, 1.0)) -> NDArray[np.float64]:

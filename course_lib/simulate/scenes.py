@@ -17,7 +17,7 @@ __all__ = ["NOTHING", "Scene", "Surface", "check_seed", "desk", "living_room"]
 # The corners of the living room's floor, seen from above against the clock: an L, so that the view reaches 5 m.
 ROOM = ((-2.5, -2.3), (2.6, -2.3), (2.6, 3.5), (0.95, 3.5), (0.95, 1.95), (-2.5, 1.95))
 HEIGHT = 2.6
-TABLE = (0.0, 0.15, 0.755)  # the middle of its top
+TABLE = (0.0, 0.15, 0.755)  # where things are put down: 5 mm above the middle of its top
 DESK_TOP = 0.74  # height of the desk's top
 WINDOW = (-2.5, (-0.9, 0.7), (0.95, 2.15))  # x; y and z from–to
 

@@ -182,7 +182,8 @@ report_table(rows, columns=["tilt (degrees)", "scatter: off by (degrees)", "leas
 
 # %% [markdown]
 # Face on, they agree. On a steep plane, noise in x and y counts as noise in z, and the fit leans towards flat. A plane that is seen edge
-# on has no $z(x, y)$ at all. Use least squares in z for terrain, where z is up and x, y are known well; nowhere else.
+# on has no $z(x, y)$ at all. Use least squares in z where the errors lie along z and x, y are known well: terrain, or depth in the frame of the
+# camera that measured it. Not where all directions err alike, and not after you turned the cloud.
 #
 # ## 3 Many points agree, the others do not matter
 #
@@ -349,7 +350,7 @@ show.panels({"with its floor": lifted, "without": lifted.select(~floor)}, view="
 
 # %% tags=["hide-input"]
 (normal, d), index = next(one for one in found if (names[label[::10][one[1]]] == "table").mean() > 0.5)
-true_top = room.truth["table_centre"][2]
+true_top = room.truth["table_centre"][2] - 0.005  # the wood; things are put down 5 mm above it
 over = some[index[names[label[::10]][index] == "table"]]
 off = (over[:, :2] @ normal[:2] + true_top * normal[2] + d) / abs(normal[2])
 show.error_budget({"plane": (degrees_between(normal, np.array([0, 0, 1])), 1000 * metrics.rms(off))})
@@ -497,7 +498,7 @@ report("print has the larger surface variation", 100 * float((draw[0] > draw[1])
 #
 # More inliers are better, is that not what RANSAC says? Take the wall of the first view and its two posters: their pictures hang 12 mm in front
 # of it, their frames stand out 24 mm. Measure the noise on a patch of bare wall, then raise the threshold. We know the wall: it stands at
-# y = 0.55 m. Which threshold would you choose by the number of inliers?
+# y = 0.55 m. Try ten seeds at each threshold. Is the plane with most inliers the right one?
 
 # %%
 upright = cloud.select(np.abs(cloud.points[:, 1] - 0.55) < 0.1)
@@ -507,13 +508,17 @@ noise = 1000 * metrics.rms(planes.fit_plane(patch).distances(patch))  # section 
 report("noise of the wall", noise, "mm", digits=2)
 rows, tried = [], {}
 for threshold in (3, 4, 5, 8, 20):
-    plane, inliers = planes.find_plane(upright.points, threshold / 1000)
-    before = -1000 * np.sign(plane.normal[1]) * plane.distances(upright.points)  # positive in front of the plane
-    tried[threshold] = plane, before, inliers
-    rows.append([float(threshold), threshold / noise, int(inliers.sum()), degrees_between(plane.normal, np.array([0, 1, 0])),
-                 metrics.rms(before[inliers]) / noise, threshold / np.sqrt(3) / noise])
-report_table(rows, columns=["threshold (mm)", "/ noise", "inliers", "normal off by (degrees)", "RMS of inliers / noise",
-                            "RMS of a full band / noise"], digits=2)
+    found = [planes.find_plane(upright.points, threshold / 1000, seed=seed) for seed in range(10)]
+    off = [degrees_between(plane.normal, np.array([0, 1, 0])) for plane, _ in found]
+    spread = [1000 * metrics.rms(plane.distances(upright.points[inliers])) / noise for plane, inliers in found]
+    most, tight = np.argmax([inliers.sum() for _, inliers in found]), np.argmin(spread)
+    for rule, chosen in [("most inliers", most), ("smallest RMS", tight)]:
+        plane, inliers = found[chosen]
+        before = -1000 * np.sign(plane.normal[1]) * plane.distances(upright.points)  # positive in front of the plane
+        tried[threshold, rule] = plane, before, inliers
+    rows.append([float(threshold), threshold / noise, f"{min(off):.2f} to {max(off):.2f}", off[most], spread[most], off[tight], spread[tight]])
+report_table(rows, columns=["threshold (mm)", "/ noise", "ten seeds: off by (degrees)", "most inliers: off by", "its RMS / noise",
+                            "smallest RMS: off by", "its RMS / noise"], digits=2)
 
 # %% tags=["hide-input"]
 kind = np.array(desk.truth["label_names"])[desk.truth["labels"][0][frame.depth > 0]][np.abs(cloud.points[:, 1] - 0.55) < 0.1]
@@ -522,41 +527,43 @@ for name, colour in [("wall", "reference"), ("poster", "source")]:
     some_of = np.flatnonzero(kind == name)[::60]
     axes[0].plot(1000 * (0.55 - upright.points[some_of, 1]), z[some_of], ".", ms=2, color=show.COLOURS[colour], label=name)
 across = np.median(x[kind == "poster"])
-for threshold, style in [(4, "-"), (5, "--"), (20, ":")]:
-    (a, b, c), d = tried[threshold][0].normal, tried[threshold][0].offset
+for (threshold, rule), style in [((4, "smallest RMS"), "-"), ((4, "most inliers"), "--"), ((20, "most inliers"), ":")]:
+    (a, b, c), d = tried[threshold, rule][0].normal, tried[threshold, rule][0].offset
     heights = np.array([z.min(), z.max()])
-    axes[0].plot(1000 * (0.55 + (a * across + c * heights + d) / b), heights, style, color="black", lw=1.5, label=f"{threshold:g} mm")
+    axes[0].plot(1000 * (0.55 + (a * across + c * heights + d) / b), heights, style, color="black", lw=1.5, label=f"{threshold:g} mm, {rule}")
 axes[0].set(xlim=(-12, 32), xlabel="in front of the wall (mm)", ylabel="z (m)", title="from the side, stretched")
 axes[0].legend(fontsize=7, markerscale=4, loc="lower right")
-for axis, threshold in zip(axes[1:], (4, 5, 20), strict=True):
-    _, before, inliers = tried[threshold]
+shown = [(4, "smallest RMS"), (4, "most inliers"), (20, "most inliers")]
+for axis, (threshold, rule) in zip(axes[1:], shown, strict=True):
+    _, before, inliers = tried[threshold, rule]
     axis.hist(before, bins=np.arange(-24, 34, 0.5), histtype="stepfilled", color=show.COLOURS["surface"], label="all points")
     axis.hist(before[inliers], bins=np.arange(-24, 34, 0.5), histtype="stepfilled", color=show.COLOURS["inlier"], label="inliers")
-    axis.set(title=f"threshold {threshold:g} mm", xlabel="in front of the plane (mm)", yticks=[], ylim=(0, 10_500))
+    axis.set(title=f"{threshold:g} mm, {rule}", xlabel="in front of the plane (mm)", yticks=[], ylim=(0, 10_500))
 for at, name, high in [(0, "wall", 9300), (12, "pictures", 6500), (24, "frames", 1500)]:
     axes[1].annotate(name, (at, high), ha="center", fontsize=8)
 axes[1].set_ylabel("points")
 axes[3].legend(fontsize=7, loc="upper left")
-picture(fig, alt=f"Left, wall and posters from the side: the plane of {rows[1][0]:g} mm lies in the wall, that of {rows[2][0]:g} mm leans from "
-                 "the wall at the bottom to the pictures at the top, that of 20 mm lies in the pictures. Right, three "
+picture(fig, alt=f"Left, wall and posters from the side: at {rows[1][0]:g} mm the plane of the smallest RMS lies in the wall, that with most inliers "
+                 "leans between the wall and the pictures, and that of 20 mm lies in the pictures. Right, three "
                  "histograms of distances. In the first the inliers are one narrow hump, the wall; pictures and frames stand apart. In the second "
                  "the humps have run into each other and the inliers fill their band; in the third all humps are inliers.")
 
 # %% [markdown]
-# At 5 mm, a little less than three times the noise, there are many more inliers than at 4 mm, and the plane is the worst of all: it leans from the wall at the bottom to
-# the pictures at the top. A band that cuts across both surfaces collects more points than one that lies in the wall. At 20 mm there are more
-# still, and the plane leans less, but it lies on the posters' pictures, with the wall behind it and the frames in front. Two things expose
-# all of these. The RMS of the inliers is larger than the noise. And it is near that of a band that is filled evenly, threshold / √3: they fill the band, or
-# gather in several humps, instead of in its middle.
+# At 4 mm, a third of the gap, some seeds find the wall and others a plane that leans between the wall and the pictures in front of it, and
+# the leaning one has *more* inliers: a band that cuts across two surfaces side by side holds more points than one that lies in either. No share of the
+# gap is safe from that; at 5 mm all ten lean. At 20 mm a plane lies on the pictures, with the wall behind it and the frames in front. One number exposes these: the RMS of the
+# inliers is larger than the noise. (It can say so only if the threshold is above √3 times the noise, because a band that is filled evenly has the RMS
+# threshold / √3.) The histogram shows the rest: a filled band, or several humps.
 #
-# A professional takes *at most* three times the noise, and where another surface runs alongside, at most a third of the gap to it: here 4 mm. Then
-# they look at the histogram of residuals, and where things are nearly coplanar they also ask that normals agree.
+# A professional takes *at most* three times the noise. Where another surface runs alongside they go lower, try several seeds, and keep the
+# plane whose inliers have the smallest RMS. Then they look at the histogram, and where things are nearly coplanar they also ask that normals agree.
 #
 # ## On real data
 #
 # PCL tests its plane fit on a real cloud, `sac_plane_test`, with a threshold of 30 mm. The test says what the ratios n / d should be, to within 0.1: a
-# *reference*. One of its assertions is commented out, that for n_z / d after the refit, because it failed on some systems, "not sure why yet". Random numbers
-# differ between systems. So we try twenty seeds, and count those whose n_z / d is off by more than the test allows.
+# *reference*. One of its assertions is commented out, that for n_z / d after the refit, because it failed on some systems, "not sure why yet". PCL does not
+# say why, and its seed is fixed, so we cannot tell. What we can try: does *our* fit depend on the seed? We take twenty, and count those whose n_z / d is
+# off by more than the test allows.
 
 # %% tags=["real-data"]
 # real data: pcl_tests
@@ -571,7 +578,7 @@ for threshold in (0.03, 0.02, 0.01):
 report_table(rows, columns=["fit", "inliers", "n_x / d", "n_y / d", "n_z / d, lowest", "highest", "seeds off, of 20"])
 
 # %% [markdown]
-# It is the failure that you have just seen. At 30 mm the inliers include points of something beside the plane, how many depends on the seed, and
+# It looks like the failure that you have just seen. At 30 mm the inliers include points of something beside the plane, how many depends on the seed, and
 # least squares follows them: a few seeds miss by more than the test allows. At 10 mm all seeds agree, with each other and with the reference. And now a RealSense camera, on a floor, before a box with a label, on which the print is dark and its ground white. So we turn the rule round: dark points next to
 # white ones, on a flat side. The camera knows no world frame. It was not rolled and looked down a little, so *up* is −y to within 30 degrees.
 
@@ -611,9 +618,9 @@ show.panels({"as measured": lifted, "floor, flat side, dark next to white": (lif
 # ## Key points
 #
 # - Centre, then scatter matrix, then the eigenvector of the *smallest* eigenvalue. Radii go with the root.
-# - Least squares in z measures errors along z: for terrain only.
+# - Least squares in z measures errors along z: only for data whose errors lie there.
 # - RANSAC decides who belongs, least squares where the plane is. Tries: log(1 − p) / log(1 − w³).
-# - A threshold of at most three times the noise, and a third of the gap to a parallel surface. More inliers prove nothing: look at the residuals.
+# - A threshold of at most three times the noise. Beside a parallel surface go lower, try several seeds, and keep the plane of the smallest RMS.
 # - Colour says what, geometry says where. Report precision and recall, tuned on other data.
 #
 # Words to know: [scatter matrix](../docs/glossary.md#scatter-matrix), [eigenvector](../docs/glossary.md#eigenvector),
@@ -635,7 +642,7 @@ show.panels({"as measured": lifted, "floor, flat side, dark next to white": (lif
 #   the library compares them on a sample and looks at the best few on all points.
 # - Better votes: MSAC weighs inliers by their distance; LO-RANSAC refines within the loop; PROSAC draws likely points first. OpenCV's USAC has them.
 # - Planes from an organised image without RANSAC: region growing on normals (PCL's organised multi-plane segmentation), in time of one pass.
-# - A scale-free edge: compare the surface variation at two radii. PCL's *difference of normals* does so.
+# - Edges of a chosen size: compare the *normals* at two radii, as PCL's *difference of normals* does.
 # - The smallest eigenvalue has noise in it: fits to few points are biased for normals near edges (lesson 04).
 # - Pearson, *On lines and planes of closest fit to systems of points in space*, 1901. Fischler and Bolles, *Random sample consensus*, 1981.
 #   Chum, Matas and Kittler, *Locally optimized RANSAC*, 2003. Pauly, Gross and Kobbelt, *Efficient simplification of point-sampled surfaces*,

@@ -231,6 +231,17 @@ def test_three_times_the_noise_is_too_much_beside_a_parallel_surface(front):
     assert np.percentile(before[label == "poster"], 95) == pytest.approx(12, abs=2), "the frames"
 
 
+def test_several_seeds_and_the_smallest_rms_find_the_wall(front):
+    """At 4 mm, a third of the gap, a plane that leans has most inliers; the smallest RMS belongs to the wall."""
+    cloud, _ = front
+    wall = cloud.points[np.abs(cloud.points[:, 1] - 0.55) < 0.1]
+    found = [planes.find_plane(wall, 0.004, seed=seed) for seed in range(10)]
+    off = np.degrees([np.arccos(min(1, abs(plane.normal[1]))) for plane, _ in found])
+    assert off.min() < 0.05 and off.max() > 0.5
+    assert off[np.argmax([inliers.sum() for _, inliers in found])] > 0.5
+    assert off[np.argmin([metrics.rms(plane.distances(wall[inliers])) for plane, inliers in found])] < 0.05
+
+
 # --- On real data ---
 
 

@@ -315,3 +315,15 @@ def test_a_room_without_a_floor_and_odd_arguments_get_a_sentence():
 def test_iterations_of_what_is_no_sample(arguments, says):
     with pytest.raises(ValueError, match=says):
         planes.iterations_needed(*arguments)
+
+
+@pytest.mark.parametrize("pitch", [0, 10, 20, 25, 29])
+def test_the_floor_is_the_floor_where_up_is_not_exact(pitch):
+    """A floor 1.2 m below the camera, far away, and a table near by: along the camera's own up the table is lower."""
+    rng = np.random.default_rng(0)
+    floor = np.column_stack([rng.uniform(-1, 1, 6000), np.full(6000, 1.2), rng.uniform(1.5, 4.5, 6000)])
+    table = np.column_stack([rng.uniform(-0.5, 0.5, 3000), np.full(3000, 0.45), rng.uniform(0.6, 1.3, 3000)])
+    level = np.concatenate([floor, table]) + rng.normal(0, 0.002, (9000, 3))
+    turned = level @ transforms.rotation_x(np.radians(pitch))[:3, :3].T
+    found = floors.find_floor(turned, 0.01, up=(0, -1, 0), most_degrees=30)
+    assert abs(found.offset) == pytest.approx(1.2, abs=0.01)
