@@ -299,7 +299,7 @@ TASKS = (
             "1: says that with the larger threshold points of the posters count as the wall's and tilt or shift it; or "
             "names what exposes it.",
             "2: both: points of something else were let in, so the plane leans or lies between; and the residuals "
-            "expose it: their RMS is several times the noise, or their histogram fills the band or has two humps.",
+            "expose it: their RMS is clearly more than the noise, or their histogram fills the band or has two humps.",
         ),
         where="lesson 06, Break it (more inliers, worse plane)",
     ),

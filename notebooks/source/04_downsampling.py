@@ -201,15 +201,16 @@ for axis in axes:
     axis.minorticks_off()
 picture(fig, alt=f"Against the voxel, from 1 to 50 mm: points kept fall from {int(table[0, 1])} to {int(table[-1, 1])}, to a quarter "
                  f"at each doubling; what is lost stays near a third of the voxel, up to {table[-1, 3]:.0f} mm; what is false grows "
-                 f"to four times at each doubling up to 20 mm, {table[5, 5]:.1f} mm, then more slowly, to {table[-1, 5]:.1f} mm.")
+                 f"to four times at each doubling from 5 to 20 mm, {table[5, 5]:.1f} mm, then more slowly, to {table[-1, 5]:.1f} mm.")
 
 # %% [markdown]
-# What is lost is about a third of the voxel. What is false grows with its *square* as long as a cube is small against the body, here up to
-# about 20 mm: an arc of radius R rises above a chord of length s by about s²/8R, and a cube cuts chords of about its own
+# What is lost is about a third of the voxel. What is false grows with its *square* while a cube holds several points and is small against the
+# body, here from 5 to about 20 mm: an arc of radius R rises above a chord of length s by about s²/8R, and a cube cuts chords of about its own
 # size. In larger cubes lie whole pieces of the body, and no such formula holds. The points measured here lie exactly on the
 # surface, so those nearest to the centre are not false at all (the last assert). Below the spacing of the points (about a millimetre) nothing is gained.
 #
-# So the **rule for the voxel** has two parts. Stay *below the thinnest thing to keep*, or its two sides become one. And start from an error
+# So the **rule for the voxel** has two parts. Stay *below the thinnest thing to keep*, or its two sides become one; below 0.58 of it (1/√3: a cube is √3 times its edge
+# across) if it may lie in any direction. And start from an error
 # that you can bear: what is lost is about a third of the voxel, so three times that error is the most. A choice from start to end: about
 # 2 mm of the animal may be lost, and its ears must stay. How thick is the body behind each point? We measure it by a ray.
 
@@ -221,7 +222,7 @@ scene.add_triangles(o3d.core.Tensor(animal.mesh.vertices.astype(np.float32)),
 rays[:, :3] += 1e-5 * rays[:, 3:]  # begin below the surface, or the ray meets it at once
 thickness = 1000 * scene.cast_rays(o3d.core.Tensor(rays.astype(np.float32)))["t_hit"].numpy()
 thinnest, bearable = np.percentile(thickness, 1), 2.0
-choice = np.floor(min(3 * bearable, thinnest)) / 1000
+choice = np.floor(min(3 * bearable, thinnest / np.sqrt(3))) / 1000
 report("a hundredth of the body is thinner than", thinnest, "mm", digits=1)
 report("three times what may be lost", 3 * bearable, "mm", digits=1)
 report("so the voxel", 1000 * choice, "mm", digits=1)
@@ -403,8 +404,8 @@ picture(fig, alt="A table with things on it as the camera sees it, each point in
                  f"turning, {100 * seen.mean():.3g} %.")
 
 # %% [markdown]
-# Our solver happens to make the largest component of a normal positive. Ahead is positive, so most normals pointed away from us; another
-# solver has other habits. Never rely on one.
+# Our solver happens to make the largest component of a normal positive. In a camera frame down and ahead are positive, so the table's normal, mostly
+# vertical, pointed down, away from us; another solver has other habits. Never rely on one.
 #
 # The viewpoint belongs to a frame. Merge several scans first and orient then, and no single viewpoint is right: orient each scan in its
 # own frame, then move points *and* normals. (Normals turn with R; they do not move with t.)
@@ -562,9 +563,9 @@ off_its_side = np.minimum(np.abs(kept[:, 2]), np.abs(kept[:, 2] - thick))
 report("with one grid a side, the worst point is off its side by", 1000 * float(off_its_side.max()), "mm")
 
 # %% [markdown]
-# Whether the board survives is luck: its thickness over the voxel is the chance that a face of the grid falls between its
+# Whether the board survives is luck: for a board along the grid, its thickness over the voxel is the chance that a face of the grid falls between its
 # sides. Normals with a sign (section 4) tell the sides apart: give each side its own grid, as the last three lines do. Otherwise the voxel
-# must stay below the thinnest thing you want to keep.
+# must stay below the thinnest thing you want to keep, or below 0.58 of it where that is not parallel to the grid.
 #
 # ## On real data
 #
@@ -611,7 +612,7 @@ show.panels(drawn, frame="camera", view="top", color="depth", size=2,
 # - Round down, and fix the origin. A voxel grid without an origin is not reproducible.
 # - On a surface, half the voxel is four times the points. What is lost is a third of the voxel; what is false grows with its square, while
 #   cubes are small.
-# - The rule: below the thinnest thing to keep, and at most three times the error you can bear. A voxel grid is no noise filter.
+# - The rule: below the thinnest thing to keep (0.58 of it in any direction), and at most three times the error you can bear. A voxel grid is no noise filter.
 # - Normal: centre, covariance, the *column* of the *smallest* eigenvalue. Its sign needs a viewpoint in the same frame.
 # - FPFH is the angles around a point: the same after any motion, and the same all over a plane.
 #
@@ -622,8 +623,8 @@ show.panels(drawn, frame="camera", view="top", color="depth", size=2,
 # ## Your own camera
 #
 # Change one line: `scan = pointcloud.from_frame(data.from_folder("path/to/my_recording", camera="camera.json").frames[0]).points`.
-# Take the voxel by the rule, and not from your noise: on a desk with pens of 8 mm, of which 2 mm may be lost, that is 6 mm; in a corridor
-# with doors 40 mm thick, of which 15 mm may be lost, it is just below 40.
+# Take the voxel by the rule, and not from your noise: on a desk with pens of 8 mm, of which 2 mm may be lost, that is 4 mm; in a corridor
+# with doors 40 mm thick, of which 15 mm may be lost, just below 40 if they run along the grid, else 23.
 #
 # In the folder of a released lab, what you write there yourself is locked in the library: `voxel_downsample`, `estimate_normals`,
 # `sample_farthest`. Run this lesson in the course's own folder.
@@ -648,7 +649,7 @@ report_table([[name, len(p), *(1000 * float(f(metrics.nearest_distances(points, 
               for name, p in ways.items()], columns=["way", "points", "lost, mean (mm)", "widest gap (mm)"], digits=2)
 
 # %% [markdown]
-# Random is fastest and keeps the density as it was. "Uniform" counts along the list, not in space: it is as good or bad as the order
+# Both cost next to nothing. Random keeps the density as it was. "Uniform" counts along the list, not in space: it is as good or bad as the order
 # of the list. Farthest-point sampling always puts the next point into the widest gap; it covers best, costs time in
 # proportion to points times samples, and takes outliers first.
 #

@@ -43,7 +43,7 @@ show({"there": (points[nearer & (kinds == SURFACE)], "surface"), "not there": (p
 
 # %% [markdown]
 # Figure 4 of *the report*, one of the documents that this course tests, shows such a picture: outliers red, inliers grey. Here is more than it could
-# show, because we know of every point what it is. Blue is a lamp's rod and a cable, a few millimetres thick. They are real, and a filter that counts
+# show, because we know of every point what it is. Blue is a lamp's rod and a cable, about a centimetre thick. They are real, and a filter that counts
 # neighbours throws them away first. In the side view the camera stands at the left and looks to the right, along z.
 #
 # ## Card
@@ -192,7 +192,7 @@ picture(histogram(1000 * mean, cuts, f"mean distance to {K} other points (mm)", 
 # %% [markdown]
 # Read it from the left. The surface's hill falls steeply and ends in a flat foot. Cut where a bin first holds more wrong points than true ones: from there
 # on, each bin that you remove is mostly a gain. On your own data nobody colours the bins. You see one outline, and its steep slope bends into a shelf
-# a little to the right of that place.
+# just before that place: cut where the shelf begins.
 
 # %%
 true, wrong = (np.histogram(1000 * mean[which], bins)[0] for which in (kinds < FLYING, kinds >= FLYING))
@@ -206,7 +206,7 @@ report("of the reflections, so many have a true point within 13 mm", int(np.sum(
 # A threshold in millimetres or in medians stays where it is, however wild the strays are. The mean moves with them, and the standard deviation much more.
 #
 # Two hills that do not meet can be cut apart; noise and surface nearly can. Reflections sit at the right foot of the surface (those of the small second
-# hump lie so close to something true that no threshold finds them). But a mirrored wall is a wall, nearly as dense as any other *at its depth*, and what cuts it
+# hump mirror something near, so that they are as dense as the desk). But a mirrored wall is a wall, nearly as dense as any other *at its depth*, and what cuts it
 # off here is only that nothing real is so far away. Apply the fixed threshold to a room that has a far side:
 
 # %%
@@ -236,7 +236,8 @@ assert count_within(five, 2.0).tolist() == [1, 2, 1, 1, 1]
 radius = 0.02
 count = count_within(points, radius)
 theirs = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points)).remove_radius_outlier(nb_points=8, radius=radius)[1]
-# Open3D counts the point itself, too (9), but asks for more than nb_points: 9 > 8. The two differences cancel.
+# Open3D counts the point itself, too (9), but asks for more than nb_points: 9 > 8. The two differences cancel. (We count a neighbour at exactly
+# the radius, Open3D does not; on measured points that never happens.)
 assert np.array_equal(np.flatnonzero(count >= 8), theirs)
 
 # %% tags=["prediction"]
@@ -246,7 +247,7 @@ double = count_within(points, 2 * radius)
 growth = {kind: np.median(double[kinds == kind] / np.maximum(count[kinds == kind], 1)) for kind in (SURFACE, THIN)}
 predict("With twice the radius, a point of a surface has about four times as many neighbours. And a point of the cable and rod?",
         guess, growth[THIN], "times", digits=2,
-        why="A disc grows with the square of its radius, a line with the radius itself. What surpasses 2 comes from surfaces near by.")
+        why="A disc grows with the square of its radius, a line with the radius itself. What surpasses 2 comes mostly from strays and surfaces around it.")
 
 # %%
 report("on surfaces, twice the radius means more neighbours by", growth[SURFACE], "times", digits=2)
@@ -306,7 +307,7 @@ report("clusters", len(np.unique(label)))
 report_table([line(f"clusters of at least {least}", size >= least) for least in (2, 10, 100, 500, 2000)], columns=columns)
 
 # %% [markdown]
-# (Open3D's DBSCAN with `min_points=1` is this very thing.) The reflections go between one row and the next: as soon as the least size
+# (Open3D's DBSCAN with `min_points=1` is this very thing, but for a step of exactly the radius.) The reflections go between one row and the next: as soon as the least size
 # passes that of the largest mirrored patch. But the least size may not pass that of the smallest *real* piece, the part of the floor or
 # of a book that something nearer cuts off. Below, each island of the desk has the colour of its size.
 
@@ -315,7 +316,7 @@ islands = np.where(size >= 500, 0, np.where(size >= 10, 1, 2))
 show({name: (points[nearer & (islands == i)], colour)
       for i, (name, colour) in enumerate((("500 points and more", "surface"), ("10 to 499", "outlier"), ("fewer than 10", "inlier")))},
      views=["camera", "side"], zoom=1.1, title="Islands of the desk by their size",
-     alt="From the camera, the tablet's patch and short pieces at edges are vermilion, single strays blue; desk, wall, rod and cable are grey. "
+     alt="From the camera, the tablet's patch is vermilion, strays and short pieces at edges are blue; desk, wall, rod and cable are grey. "
          "From the side the vermilion patch hangs below the desk, connected to nothing.")
 
 # %% [markdown]
@@ -382,9 +383,9 @@ then[first] = outliers.keep_by_statistics(desks.clouds["desk_3"].points[first], 
 report("F1 on desk_3 with clusters first, and then a ratio of 0.5", 100 * score(then, ready["desk_3"]["kinds"])[2], "%", digits=2)
 
 # %% [markdown]
-# Compare the columns of the single filters, and say why. Distances and counts take reflections only together with what is far or thin, so their precision
+# Compare the columns of the single filters, and say why. Distances and counts take reflections only together with true points that lie loosely, many of them far, so their precision
 # falls. Clusters cannot let go of what touches an edge, so flying pixels stay. Both together gain less F1 over clusters than you may have hoped; what they gain is flying
-# pixels, and next to nothing of cable and rod is lost. One desk does worse than the others: a true corner of the floor, cut off by the desk, is smaller than the
+# pixels, and next to nothing of cable and rod is lost. One desk does worse than the others: a true piece of the table's side, seen alone in the corner of the image, is smaller than the
 # least size.
 #
 # The last number is a warning. The ratio takes its standard deviation from the strays. When clusters have removed those, it is tiny, and the threshold
@@ -546,7 +547,7 @@ for name, reach in {"three pixels": 3 * pixel, "two steps": 2 * step}.items():  
 report_table(rows, columns=["reach and threshold", "mm", "in small clusters (%)", "too lonely (%)", "removed (%)"], digits=2)
 show.panels({name: [{"kept": (real[keep], "surface"), "removed": (real[~keep], "outlier")}] for name, keep in masks.items()}, view="side", frame="camera",
             title="A real desk from the side, with two reaches", alt="A desk, its chairs, floor and wall from the side, twice, cut into stripes of equal "
-            "depth. With three pixels the far half of floor and wall is vermilion; with two steps only the far ends are.")
+            "depth. With three pixels the far half of floor and wall is vermilion; with two steps three islands of a few hundred points are.")
 
 # %% [markdown]
 # What differs: this Kinect measures in coarse steps, so far surfaces fall into stripes. With a reach that is chosen by pixels alone, the walker cannot step from stripe to
@@ -559,7 +560,7 @@ show.panels({name: [{"kept": (real[keep], "surface"), "removed": (real[~keep], "
 # - Distances find strays. A dense reflection they find only if it is also farther away than everything real. It is an island, and clusters find it.
 # - A count that asks for many takes a line for noise. A chain of points is a cluster all the same.
 # - A larger std_ratio removes less. Open3D counts the point itself; we and PCL do not.
-# - One pass, one fixed threshold, read from a histogram: in metres, or in medians. Repeating never ends.
+# - One pass, one fixed threshold, read from a histogram: in metres, or in medians. Repeating ends only when hardly any cloud is left.
 #
 # Words to know: [outlier](../docs/glossary.md#outlier), [precision of a filter](../docs/glossary.md#precision-of-a-filter), [recall](../docs/glossary.md#recall),
 # [statistical outlier removal](../docs/glossary.md#statistical-outlier-removal), [radius outlier removal](../docs/glossary.md#radius-outlier-removal),
@@ -601,7 +602,7 @@ report_table(rows, columns=columns)
 #
 # - RealSense's own chain is such a filter and more: decimation, threshold, disparity transform, spatial, temporal, hole filling. Hole filling
 #   *invents* points; leave it off before measuring.
-# - The library's filters keep exactly Open3D's points, faster: [benchmarks](../docs/benchmarks.md). What makes them fast is order: points sorted along a curve that fills space, so
+# - The library's filters keep Open3D's points, faster: [benchmarks](../docs/benchmarks.md). What makes them fast is order: points sorted along a curve that fills space, so
 #   that each search finds its data in the cache.
 # - Reflections need knowledge that one cloud does not hold: a second view (a true point is seen again, a mirrored one moves), polarisation, or a person who says "that is glass".
 # - Rusu and others, *Towards 3D point cloud based object maps for household environments*, 2008: statistical removal. Ester and others, *A density-based

@@ -324,7 +324,7 @@ def explain():
     return (
         "A wider threshold also admits points of the posters, which lie a little in front of the wall. The plane then "
         "leans between both and gains inliers for it. Look at the distances of the inliers from the plane: their RMS is "
-        "several times the noise, and their histogram fills the whole band, with two humps."
+        "clearly more than the noise, and their histogram fills the whole band, with two humps."
     )
     # END SOLUTION
 

@@ -304,7 +304,7 @@ check("07-4", causes)
 show.panels({"as given": [(example.source, "source"), (example.target, "target")],
              "expected": [(example.source @ example.T_target_source[:3, :3].T + example.T_target_source[:3, 3], "source"),
                           (example.target, "target")]},
-            view="iso", alt="Two bumpy sheets from above, with strays. As given they stand apart and tilted; expected, they are one "
+            view="iso", alt="Two bumpy sheets from the side, with strays. As given they stand apart and tilted; expected, they are one "
                             "longer sheet, of which the middle part is covered twice.")
 
 
