@@ -1,6 +1,7 @@
 """Euclidean clusters: points that a walker reaches from each other in steps of at most a radius.
 
-What DBSCAN gives when every point counts as a core point (min_points = 1), and PCL's EuclideanClusterExtraction.
+What DBSCAN gives when every point counts as a core point (min_points = 1;
+Open3D's leaves out steps of exactly the radius), and PCL's EuclideanClusterExtraction.
 """
 
 from __future__ import annotations

@@ -82,11 +82,11 @@ def keep_large_patches(depth: ArrayLike, tolerance: float, least: int) -> NDArra
     limit = _positive(tolerance)
     if isinstance(least, bool) or not isinstance(least, (int, np.integer)) or least < 1:
         raise ValueError(f"least: expected a whole number of pixels of at least 1, got {least!r}.")
-    steps = np.nan_to_num(np.rint(inverse / limit * 16), nan=0.0) + 16  # OpenCV compares whole numbers of 16 bits
+    steps = np.nan_to_num(np.rint(inverse / limit * 16), nan=0.0) + 33  # OpenCV compares whole numbers of 16 bits
     if steps.max() > np.iinfo(np.int16).max:
         raise ValueError(f"tolerance: {limit:g} 1/m is too fine for depths as near as {1 / np.nanmax(inverse):g} m.")
     image = np.where(np.isnan(inverse), 0, steps).astype(np.int16)
-    measured = image > 0
+    measured = image > 0  # no data is two tolerances from the farthest pixel: a patch of its own
     cleaned = image.copy()
     # patches of up to maxSpeckleSize pixels are overwritten; no data is a patch of its own and stays what it is
     cv2.filterSpeckles(cleaned, -1, int(least) - 1, 16)

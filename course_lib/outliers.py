@@ -83,8 +83,10 @@ def keep_by_statistics(points: ArrayLike, k: int = 20, std_ratio: float = 2.0) -
         raise ValueError(f"std_ratio: expected a positive number of standard deviations, got {ratio:g}.")
     mean = mean_distances(points, k)
     middle, deviation = mean.mean(), mean.std(ddof=1)
-    # distances that differ by rounding only have no outliers among them
-    if deviation <= 1e-9 * middle:
+    # distances that differ by rounding only, of themselves or of the coordinates, have no outliers among them
+    given = np.asarray(points)
+    digit = 4 * np.finfo(given.dtype if given.dtype.kind == "f" else np.float64).eps * float(np.abs(given).max())
+    if deviation <= max(1e-9 * middle, digit):
         return np.ones(len(mean), dtype=bool)
     return mean < middle + ratio * deviation
 
@@ -96,7 +98,8 @@ def keep_by_radius(points: ArrayLike, radius: float, least: int = 16) -> NDArray
     ----------
     points : (N, 3) float, finite.
     radius : in the unit of the points.
-    least : other points that must be there. Open3D's `nb_points` of the same number keeps the same.
+    least : other points that must be there. Open3D's `nb_points` of the same number keeps the same, except
+        that it leaves out a neighbour at exactly the radius.
 
     Returns
     -------

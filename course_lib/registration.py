@@ -145,6 +145,8 @@ def fit_rigid_to_planes(
     n = checks.last_axis(normals, 3, "normals").astype(np.float64)
     if n.shape != q.shape:
         raise ValueError(f"normals: expected one a target point, shape {q.shape}, got {n.shape}.")
+    if not (np.abs(np.linalg.norm(n, axis=1) - 1) < 1e-3).all():
+        raise ValueError("normals: some are NaN or not of length 1; leave those pairs out.")
     if len(p) < 6:
         raise ValueError(f"source: a step to planes has 6 unknowns and needs 6 pairs, there are {len(p)}.")
     return _fit_planes(p.T, q.T, n.T, w)
@@ -190,7 +192,7 @@ def icp(
     source, target : (N, 3), (M, 3) float, metres, finite.
     radius : pairs farther apart do not count, metres. Several: each in turn, from coarse to fine, the last one last.
     normals : (M, 3) unit normals of the target: then distances are measured to planes, else to points. A target point
-        whose normal is NaN is not used.
+        whose normal is NaN or not of length 1 is not used.
     initial : (4, 4) T_target_source to begin with; None for the identity.
     steps : at most so many for each radius.
     tolerance : done when a step turns by less than this (radians) and shifts by less than this (metres); 0 for never.
@@ -219,11 +221,11 @@ def icp(
         n = checks.last_axis(normals, 3, "normals").astype(np.float64)
         if n.shape != q.shape:
             raise ValueError(f"normals: expected one a target point, shape {q.shape}, got {n.shape}.")
-        used = np.isfinite(n).all(axis=1)
+        used = np.abs(np.linalg.norm(n, axis=1) - 1) < 1e-3  # NaN is not
         if not used.any():
-            raise ValueError("normals: all of them are NaN; estimate them, or leave them out for distances to points.")
+            raise ValueError("normals: all of them are NaN or not of length 1; estimate them, or do without.")
         q, n = q[used], n[used]
-    if not 0 < keep <= 1:
+    if not 0 < checks.number(keep, "keep") <= 1:
         raise ValueError(f"keep: expected a share of the pairs in (0, 1], got {keep!r}.")
     if kernel not in KERNELS:
         raise ValueError(f"kernel: {kernel!r} is unknown; {checks.nearest_name(kernel, KERNELS)}")
@@ -259,14 +261,14 @@ def _step(
 ) -> tuple[NDArray[np.float64], IcpStep]:
     """Pair, reject, weigh, fit: one step from where the source lies now."""
     distance = partners.find(T, radius)
-    found = np.flatnonzero(distance <= radius)
+    found = paired = np.flatnonzero(distance <= radius)
     if keep < 1 and len(found):
         found = found[np.argsort(distance[found], kind="stable")[: max(1, round(keep * len(found)))]]
     least = 6 if partners.to_planes else 3
     if len(found) < least:
         raise ValueError(
-            f"radius: {len(found)} source points have a target point within {radius:g} m, and a step needs {least}; "
-            "begin nearer, or with a larger radius."
+            f"radius: {len(paired)} source points have a target point within {radius:g} m, {len(found)} of them "
+            f"are kept, and a step needs {least}; begin nearer, or with a larger radius or keep."
         )
     p, q, normals = partners.moved, partners.points, partners.normals
     if len(found) < len(distance):

@@ -81,6 +81,9 @@ def _fit_cases(rng: np.random.Generator) -> list[Case]:
         _fit_case(rng, solid, rng.uniform(8, 25), 0.3, "a cloud about the origin"),
         _fit_case(rng, far, rng.uniform(8, 25), 0.6, "a cloud two metres from the origin"),
     ]
+    noisy = apply(motion(rng, rng.uniform(8, 25), 0.3), solid) + rng.normal(0, 0.02, solid.shape)
+    given = {"source": solid, "target": noisy}  # least squares has its say: three pairs do not tell the motion
+    cases.append(Case(given, {"truth": _horn(solid, noisy)}, "pairs with 2 cm of noise"))
     plane = np.c_[rng.uniform(-1, 1, (30, 2)), np.zeros(30)] + [0.3, 0.2, 1.0]
     while True:  # of planar clouds, half need the guard: draw until this one does
         case = _fit_case(rng, apply(motion(rng, 60, 0.0), plane), rng.uniform(8, 25), 0.4, "points of one plane")
@@ -231,7 +234,7 @@ TASKS = (
         where="lesson 07, section 2 (closest points, again and again)",
     ),
     Task(
-        id="07-2", title="best rigid motion", points=3, version=2, kind="write",
+        id="07-2", title="best rigid motion", points=3, version=3, kind="write",
         signature="def best_rigid(source, target)",
         cases=_fit_cases,
         judge=_judge_T,

@@ -100,6 +100,23 @@ FIT_MISTAKES = (
         _wrong_fit("V @ U.T"),
     ),
     Misconception(
+        "the first three pairs",
+        "a motion from three pairs, with all their noise: every pair has its say",
+        _wrong_fit(p="(source - mean_p)[:3]", q="(target - mean_q)[:3]"),
+        variants=(_wrong_fit(p="(source - source[:3].mean(axis=0))[:3]", q="(target - target[:3].mean(axis=0))[:3]",
+                             translation="target[:3].mean(axis=0) - R @ source[:3].mean(axis=0)"),),
+    ),
+    Misconception(
+        "centred on the first pair",
+        "points counted from the first of them, whose noise then moves all: subtract the means",
+        _wrong_fit(p="source - source[0]", q="target - target[0]", translation="target[0] - R @ source[0]"),
+    ),
+    Misconception(
+        "translation from one pair",
+        "a translation that lays one pair exactly together, with its noise: take it from the means",
+        _wrong_fit(translation="target[-1] - R @ source[-1]"),
+    ),
+    Misconception(
         "no centring",
         "the cross-covariance of points that were not centred: subtract each cloud's mean first",
         _wrong_fit(p="source", q="target"),

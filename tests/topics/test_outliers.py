@@ -264,3 +264,26 @@ def test_depth_filters_refuse_with_a_sentence_and_pass_no_data(function):
     assert not function(np.zeros((4, 4)), 0.1, 1).any()
     assert not function(np.full((4, 4), np.nan), 0.1, 1).any()
     assert function(np.full((4, 4), 2.0, np.float32), 0.1, 3).all()
+
+
+@pytest.mark.parametrize(
+    ("dtype", "shift"), [("f4", (3, 2, 1)), ("f8", (0, 0, 0)), ("f8", (1e5, 0, 0)), ("f8", (1e6, 1e6, 0))]
+)
+def test_a_regular_ring_has_no_outliers_whatever_its_digits(dtype, shift):
+    angle = np.radians(np.arange(360))
+    ring = np.column_stack([0.1 * np.cos(angle), 0.1 * np.sin(angle), np.zeros(360)]) + shift
+    assert outliers.keep_by_statistics(ring.astype(dtype), k=2, std_ratio=1.0).all()
+
+
+def test_open3d_leaves_out_a_neighbour_at_exactly_the_radius():
+    grid = np.stack(np.meshgrid(*[np.arange(5.0)] * 3), axis=-1).reshape(-1, 3)
+    assert outliers.keep_by_radius(grid, 1.0, 3).all()
+    cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(grid))
+    assert len(cloud.remove_radius_outlier(3, 1.0)[1]) == 0
+
+
+@pytest.mark.parametrize("far", [1.0, 70.0, 1000.0])
+def test_a_lone_pixel_far_away_is_no_part_of_the_hole_beside_it(far):
+    image = np.zeros((20, 20))
+    image[10, 10] = far
+    assert not depth_filters.keep_large_patches(image, tolerance=0.5, least=10).any()

@@ -465,3 +465,19 @@ def test_weights_where_the_median_is_zero():
     assert robust_weights(np.array([0.0, 1]), "none") is None
     with pytest.raises(ValueError, match="a NaN or infinite residual has no weight"):
         robust_weights(np.array([0.0, np.nan, 1.0]), "tukey")
+
+
+def test_normals_that_are_none_and_a_share_that_is_too_small():
+    grid = np.stack(np.meshgrid(*[np.arange(7.0)] * 3), axis=-1).reshape(-1, 3)
+    up = np.tile([0, 0, 1.0], (len(grid), 1))
+    for bad in (np.nan, 0.0, 2.0):
+        spoiled = up.copy()
+        spoiled[5] *= bad
+        with pytest.raises(ValueError, match="normals: some are NaN or not of length 1; leave those pairs out"):
+            fit_rigid_to_planes(grid, grid, spoiled)
+        with pytest.raises(ValueError, match="normals: all of them are NaN or not of length 1"):
+            icp(grid + 0.01, grid, 0.5, bad * up)
+    with pytest.raises(ValueError, match="343 source points have .* 2 of them are kept, .* larger radius or keep"):
+        icp(grid + 0.01, grid, 0.5, keep=0.005)
+    with pytest.raises(ValueError, match="keep: expected real numbers"):
+        icp(grid, grid, 0.5, keep="x")
