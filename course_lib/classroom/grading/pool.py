@@ -68,8 +68,12 @@ class WorkerProcess:
         try:
             self._process.wait(SECONDS_TO_END if gently else 0.05)
         except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
+            self._process.terminate()
+            try:
+                self._process.wait(SECONDS_TO_END)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+                self._process.wait()
         self._process.stdout.close()
         self._process = None
 

@@ -2,7 +2,9 @@
 
 It has imported everything, knows the lab and has drawn the fresh inputs, so that a child starts at once; and nothing
 that a submission does to the process that grades it can reach the next. Jobs come as lines of JSON on the standard
-input, records go out likewise. Its children never outlive it.
+input, records go out likewise. Its children never outlive it: a sandbox that is being built cannot yet notice that its
+parent is gone (bubblewrap asks for that only when it is done), so this process adopts whatever is left of a child, and
+ends it after each job and when it must itself end.
 """
 
 from __future__ import annotations
@@ -24,17 +26,22 @@ from . import engine  # noqa: F401 - for the children: each would import it agai
 from .limits import Limits
 from .one import failed_record, grade_one, held_by, load_data, prepare
 from .records import Record
-from .tied import die_with_parent
+from .tied import adopt_orphans, die_with_parent
 
 __all__ = ["main"]
 
 SLACK_SECONDS = 60
 """What a child may take beyond the limits of its submission (start, judging) before it counts as hung."""
+SECONDS_TO_END = 10
+"""What ending a family may take: a process that was told to end is gone at once, unless it waits for a disk."""
 
 
 def main() -> None:
     """Read jobs until the input ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that gives the jobs
+    signal.signal(signal.SIGTERM, _leave)
+    adopt_orphans()
+    die_with_parent(signal.SIGTERM)
     jobs = os.fdopen(os.dup(0), "rb")
     records = os.fdopen(os.dup(1), "wb")
     null = os.open(os.devnull, os.O_RDWR)
@@ -43,6 +50,7 @@ def main() -> None:
     for line in jobs:
         job = json.loads(line)
         record = grade_apart(job)
+        _end_family()
         records.write(json.dumps(record).encode() + b"\n")
         records.flush()
 
@@ -61,7 +69,8 @@ def grade_apart(job: dict[str, Any]) -> Record:
             tempfile.tempdir = place
             os.setsid()
             die_with_parent()
-            signal.signal(signal.SIGINT, signal.SIG_DFL)
+            for number in (signal.SIGINT, signal.SIGTERM):
+                signal.signal(number, signal.SIG_DFL)
             with os.fdopen(writer, "wb") as out:
                 out.write(json.dumps(grade_one(job)).encode())
             code = 0
@@ -119,3 +128,27 @@ def _end(child: int) -> None:
     except ProcessLookupError:
         pass
     os.waitpid(child, 0)
+
+
+def _leave(number: int, frame: Any) -> None:
+    """End with everything that was started, also what lost its parent on the way."""
+    _end_family()
+    os._exit(1)
+
+
+def _end_family() -> None:
+    """End every process below this one."""
+    me = psutil.Process()
+    end = time.monotonic() + SECONDS_TO_END
+    while (family := me.children(recursive=True)) and time.monotonic() < end:
+        for one in family:
+            try:
+                one.kill()
+            except psutil.NoSuchProcess:
+                pass
+        try:
+            while os.waitpid(-1, os.WNOHANG) != (0, 0):
+                pass
+        except ChildProcessError:
+            return
+        time.sleep(0.001)
