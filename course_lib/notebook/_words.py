@@ -11,14 +11,15 @@ SMALLEST = 1e-9
 """Below this a floating-point result is the rounding error of one machine; it is printed as "below ..."."""
 
 
-def number(value: object, digits: int = 3, smallest: float = SMALLEST) -> str:
+def number(value: object, digits: int = 3, smallest: float | None = None) -> str:
     """Write one number.
 
     Parameters
     ----------
     value : an int (written in full, with thousands separators), a float, a bool or a string.
     digits : significant digits of a float. Trailing zeros are kept: they say how far the number is known.
-    smallest : floats closer to zero than this, but not zero, are written "below ...".
+    smallest : floats closer to zero than this are written "below ...": also 0, which another machine misses by a
+        rounding. None: SMALLEST, and 0 is "0".
 
     Returns
     -------
@@ -41,10 +42,11 @@ def number(value: object, digits: int = 3, smallest: float = SMALLEST) -> str:
         return "not measured"
     if math.isinf(value):
         return "infinite" if value > 0 else "minus infinite"
-    if value == 0:
+    if value == 0 and not smallest:
         return "0"
-    if abs(value) < smallest:
-        return f"below {_plain(smallest, 1)}"
+    limit = SMALLEST if smallest is None else smallest
+    if abs(value) < limit:
+        return f"below {_plain(limit, 1)}"
     return _plain(value, digits)
 
 
@@ -57,7 +59,7 @@ def _plain(value: float, digits: int) -> str:
     return f"{float(f'{mantissa}e{power}'):,.{max(0, digits - 1 - power)}f}"
 
 
-def amount(value: float, unit: str = "", digits: int = 3, smallest: float = SMALLEST) -> str:
+def amount(value: float, unit: str = "", digits: int = 3, smallest: float | None = None) -> str:
     """Write a number with its unit: "3.10 mm", "98 %"."""
     text = number(value, digits, smallest)
     return f"{text} {unit}" if unit and text != "not measured" else text

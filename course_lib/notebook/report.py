@@ -8,10 +8,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from IPython import get_ipython
 
-from course_lib.notebook._words import SMALLEST, amount, number
+from course_lib.notebook._words import amount, number
 
 
-def report(name: str, value: object, unit: str = "", digits: int = 3, *, smallest: float = SMALLEST) -> None:
+def report(name: str, value: object, unit: str = "", digits: int = 3, *, smallest: float | None = None) -> None:
     """Print one result as `name: value unit`.
 
     Rounding is to what repeats: another processor or thread count changes the last bits of a result, so only its first
@@ -23,7 +23,8 @@ def report(name: str, value: object, unit: str = "", digits: int = 3, *, smalles
     value : int (printed in full), float, bool ("yes"/"no") or a word. NaN prints "not measured".
     unit : such as "mm" or "%".
     digits : significant digits of a float.
-    smallest : a float nearer to zero than this prints "below ...": down there a result is only one machine's rounding.
+    smallest : a float nearer to zero than this prints "below ...": down there a result is only one machine's rounding,
+        and 0 is what another machine's may be. None: 1e-9, and 0 prints "0".
 
     Raises
     ------
@@ -77,7 +78,7 @@ def report_table(
     *,
     digits: int = 3,
     title: str = "",
-    smallest: float = SMALLEST,
+    smallest: float | None = None,
 ) -> None:
     """Show a small table, its numbers rounded as `report` rounds them.
 
@@ -86,6 +87,7 @@ def report_table(
     rows : a list of rows (each a sequence or a dict), or a dict of first cell → the rest of the row.
     columns : headings, with units in them ("error (mm)"); for dict rows the keys of the first one stand in.
     digits : significant digits of floats; ints are printed in full.
+    smallest : as for `report`, for all floats of the table.
     title : a line above.
 
     Raises

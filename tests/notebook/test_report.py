@@ -49,6 +49,16 @@ def test_digits_and_the_smallest_number_that_means_something(capsys):
     )
 
 
+def test_nought_where_smallest_is_told_reads_as_what_another_machine_gets(capsys):
+    for value in (0.0, 1e-17, -1e-9, 0.009):
+        report("angle", value, "degrees", smallest=0.01)
+    assert capsys.readouterr().out == "angle: below 0.01 degrees\n" * 4
+    report("float", 1.4e-13, digits=2, smallest=0)
+    report("points", 0, smallest=0.01)
+    report("moved by", 0.0, "mm")
+    assert capsys.readouterr().out == "float: 1.4 × 10^-13\npoints: 0\nmoved by: 0 mm\n"
+
+
 def test_report_refuses_arrays_and_nothing():
     with pytest.raises(ValueError, match=r"'error' is an array of shape \(3,\): pass its norm"):
         report("error", np.zeros(3))
