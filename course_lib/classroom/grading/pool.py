@@ -47,12 +47,13 @@ class WorkerProcess:
 
     def grade(self, job: dict[str, Any]) -> Record:
         """The record of one job; of status "infrastructure" if the worker died over it."""
-        if self._process is None or self._process.poll() is not None:
-            self._process = _start()
+        process = self._process
+        if process is None or process.poll() is not None:
+            process = self._process = _start()
         try:
-            self._process.stdin.write(json.dumps(job).encode() + b"\n")
-            self._process.stdin.flush()
-            line = self._process.stdout.readline()
+            process.stdin.write(json.dumps(job).encode() + b"\n")
+            process.stdin.flush()
+            line = process.stdout.readline()
         except (BrokenPipeError, OSError):
             line = b""
         if not line:
@@ -62,20 +63,20 @@ class WorkerProcess:
 
     def stop(self, gently: bool = True) -> None:
         """End the worker and what it started; gently lets it tidy up, which one that grades would not notice."""
-        if self._process is None:
+        process, self._process = self._process, None  # the thread that waits for its record may stop it, too
+        if process is None:
             return
-        self._process.stdin.close()
+        process.stdin.close()
         try:
-            self._process.wait(SECONDS_TO_END if gently else 0.05)
+            process.wait(SECONDS_TO_END if gently else 0.05)
         except subprocess.TimeoutExpired:
-            self._process.terminate()
+            process.terminate()
             try:
-                self._process.wait(SECONDS_TO_END)
+                process.wait(SECONDS_TO_END)
             except subprocess.TimeoutExpired:
-                self._process.kill()
-                self._process.wait()
-        self._process.stdout.close()
-        self._process = None
+                process.kill()
+                process.wait()
+        process.stdout.close()
 
 
 def _start() -> subprocess.Popen[bytes]:
