@@ -9,6 +9,7 @@ ends it after each job and when it must itself end.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import select
@@ -32,8 +33,8 @@ __all__ = ["main"]
 
 SLACK_SECONDS = 60
 """What a child may take beyond the limits of its submission (start, judging) before it counts as hung."""
-SECONDS_TO_END = 10
-"""What ending a family may take: a process that was told to end is gone at once, unless it waits for a disk."""
+SECONDS_TO_END = 4
+"""What ending a family may take, less than the pool waits: what is killed is gone at once, unless a disk holds it."""
 
 
 def main() -> None:
@@ -112,21 +113,9 @@ def _read(reader: int, deadline: float) -> bytes:
 
 
 def _end(child: int) -> None:
-    """End a child and everything that it started."""
-    family = []
-    try:
-        family = psutil.Process(child).children(recursive=True)
-    except psutil.NoSuchProcess:
-        pass
-    for one in family:
-        try:
-            one.kill()
-        except psutil.NoSuchProcess:
-            pass
-    try:
-        os.kill(child, signal.SIGKILL)
-    except ProcessLookupError:
-        pass
+    """End a child, which has not been waited for yet, and everything that it started."""
+    _kill_below(child)
+    os.kill(child, signal.SIGKILL)
     os.waitpid(child, 0)
 
 
@@ -138,17 +127,20 @@ def _leave(number: int, frame: Any) -> None:
 
 def _end_family() -> None:
     """End every process below this one."""
-    me = psutil.Process()
     end = time.monotonic() + SECONDS_TO_END
-    while (family := me.children(recursive=True)) and time.monotonic() < end:
-        for one in family:
-            try:
-                one.kill()
-            except psutil.NoSuchProcess:
-                pass
+    while _kill_below(os.getpid()) and time.monotonic() < end:
         try:
             while os.waitpid(-1, os.WNOHANG) != (0, 0):
                 pass
         except ChildProcessError:
             return
         time.sleep(0.001)
+
+
+def _kill_below(process: int) -> bool:
+    """Kill every process below one; whether there was any."""
+    family = psutil.Process(process).children(recursive=True)
+    for one in family:
+        with contextlib.suppress(psutil.NoSuchProcess):
+            one.kill()
+    return bool(family)
