@@ -1,8 +1,5 @@
-"""What a cell calls. Lessons and labs begin with
-
-    from course_lib.notebook import check, data, files, picture, predict, report, report_table, show
-
-Names are imported when first used. Importing the package in IPython also makes cells that begin with
+"""A cell calls: `from course_lib.notebook import check, data, files, picture, predict, report, report_table, show`;
+names are imported when first used. Importing the package in IPython also makes cells that begin with
 `# real data: NAME` show a "skipped" card where that dataset is not on this machine, so that Run All goes on.
 """
 

@@ -94,4 +94,3 @@ def atomic_folder(path: Path, n_bytes: int = 0) -> Iterator[Path]:
     finally:
         shutil.rmtree(partial, ignore_errors=True)
         shutil.rmtree(old, ignore_errors=True)
-

@@ -25,7 +25,7 @@ from course_lib.notebook._errors import DataDamaged, Refusal, cannot_write
 from course_lib.notebook._stored import MANIFEST, sha256, write
 
 if TYPE_CHECKING:
-    from course_lib.simulate.recipes import Recipe
+    from course_lib.simulate.recipes.recipe import Recipe
 
 FORMAT = 2
 """Raised when the layout below changes: older folders are then made again."""
@@ -47,7 +47,7 @@ def fingerprint(entry: Entry, seed: int) -> str:
 
 def code() -> dict[str, str]:
     """Hash the modules that recipes are made of: file name → sha256."""
-    return {path.name: sha256(path) for path in sorted(SIMULATE.glob("*.py"))}
+    return {path.relative_to(SIMULATE).as_posix(): sha256(path) for path in sorted(SIMULATE.rglob("*.py"))}
 
 
 def recipe_of(entry: Entry) -> Recipe:
@@ -58,14 +58,14 @@ def recipe_of(entry: Entry) -> Recipe:
     Refusal
         If there is none of that name, or its version is not the catalogue's.
     """
-    from course_lib.simulate.recipes import RECIPES
+    from course_lib.simulate.recipes.recipe import recipe as find
 
-    recipe = RECIPES.get(entry.recipe)
+    recipe = find(entry.recipe)
     if recipe is None or recipe.version != entry.version:
         there = "there is none" if recipe is None else f"the library has version {recipe.version}"
         raise Refusal(
             f"The catalogue wants version {entry.version} of recipe {entry.recipe!r} and {there}: "
-            "update datasets/catalog.toml and the library together."
+            f"update datasets/{entry.name}.toml and the library together."
         )
     return recipe
 

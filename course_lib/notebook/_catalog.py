@@ -1,4 +1,8 @@
-"""The catalogue of datasets, datasets/catalog.toml, as Python objects."""
+"""The catalogue of datasets as Python objects: datasets/NAME.toml is one entry, its card is NAME.md beside it.
+
+A synthetic entry names a recipe of course_lib/simulate/recipes/; recipe, version and seed decide its content. A real
+one lists its files.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +50,8 @@ class Entry:
     camera_source : one sentence; begins with "assumed" where upstream gives no intrinsics.
     citation : the paper to cite.
     parts : by name, title, camera, camera_source and encoding of recordings that differ from the main one.
-    files : what to fetch.
+    files : what to fetch: where each lies below COURSE_DATA_MIRROR and below the cache's real/ folder, its address,
+        which holds the commit that it was taken from, and the sha256 and size that must come.
     """
 
     name: str
@@ -82,46 +87,43 @@ class Entry:
 
 
 def _broken(name: str, why: str) -> Refusal:
-    return Refusal(f"The catalogue's entry {name!r} {why}: mend datasets/catalog.toml.")
+    return Refusal(f"The dataset {name!r} {why}: mend datasets/{name}.toml.")
 
 
-def parse(text: str) -> dict[str, Entry]:
-    """Read a catalogue.
+def parse(name: str, text: str) -> Entry:
+    """Read an entry of the catalogue.
 
     Raises
     ------
     Refusal
-        If an entry lacks something or a file's path leaves its folder.
+        If the entry lacks something or a file's path leaves its folder.
     """
-    entries: dict[str, Entry] = {}
-    for name, table in tomllib.loads(text).items():
-        table = dict(table)
-        try:
-            files = tuple(RemoteFile(**one) for one in table.pop("files", []))
-            entry = Entry(name=name, files=files, **table)
-        except TypeError as error:
-            raise _broken(name, f"cannot be read ({error})") from error
-        for one in files:
-            parts = PurePosixPath(one.path)
-            if parts.is_absolute() or ".." in parts.parts or "\\" in one.path or len(one.sha256) != 64:
-                raise _broken(name, f"has an unsafe file {one.path!r}")
-        if (entry.kind == "real") != bool(files) or (entry.kind == "synthetic") != bool(entry.recipe):
-            raise _broken(name, "needs either files or a recipe")
-        entries[name] = entry
-    return entries
+    try:
+        table = tomllib.loads(text)
+        files = tuple(RemoteFile(**one) for one in table.pop("files", []))
+        entry = Entry(name=name, files=files, **table)
+    except (tomllib.TOMLDecodeError, TypeError) as error:
+        raise _broken(name, f"cannot be read ({error})") from error
+    for one in files:
+        parts = PurePosixPath(one.path)
+        if parts.is_absolute() or ".." in parts.parts or "\\" in one.path or len(one.sha256) != 64:
+            raise _broken(name, f"has an unsafe file {one.path!r}")
+    if (entry.kind == "real") != bool(files) or (entry.kind == "synthetic") != bool(entry.recipe):
+        raise _broken(name, "needs either files or a recipe")
+    return entry
 
 
 @functools.cache
-def _read(path: Path, stamp: int) -> dict[str, Entry]:
-    return parse(path.read_text(encoding="utf-8"))
+def _read(path: Path, _changed: int) -> Entry:
+    return parse(path.stem, path.read_text(encoding="utf-8"))
 
 
 def catalogue() -> dict[str, Entry]:
-    """Every entry, in the catalogue's order."""
-    path = _places.DATASETS / "catalog.toml"
-    if not path.exists():
-        raise Refusal("datasets/catalog.toml is missing from this copy of the course: get it again with git checkout.")
-    return _read(path, path.stat().st_mtime_ns)
+    """Every entry by its name, the synthetic ones first."""
+    entries = [_read(path, path.stat().st_mtime_ns) for path in sorted(_places.DATASETS.glob("*.toml"))]
+    if not entries:
+        raise Refusal("datasets/ holds no entry in this copy of the course: get it again with git checkout.")
+    return {one.name: one for one in sorted(entries, key=lambda one: one.kind == "real")}
 
 
 def entry(name: str) -> Entry:

@@ -9,11 +9,11 @@ from typing import Any, Literal
 
 import numpy as np
 
-from course_lib.cameras import PinholeCamera
-from course_lib.meshes import Mesh
+from course_lib.camera.pinhole import PinholeCamera
+from course_lib.camera.rgbd import DepthEncoding, RGBDFrame
+from course_lib.cloud.pointcloud import PointCloud
 from course_lib.notebook._errors import NotHere, Refusal, nearest
-from course_lib.pointcloud import PointCloud
-from course_lib.rgbd import DepthEncoding, RGBDFrame
+from course_lib.surface.meshes import Mesh
 
 
 class Lazy(Sequence):

@@ -67,9 +67,7 @@ def cannot_write(path: Path, error: OSError) -> CannotWrite:
             f"{ELSEWHERE}."
         )
     if error.errno in (errno.EROFS, errno.EACCES, errno.EPERM):
-        return CannotWrite(
-            f"{shown(path.parent)} may not be written here: save elsewhere, or {ELSEWHERE}."
-        )
+        return CannotWrite(f"{shown(path.parent)} may not be written here: save elsewhere, or {ELSEWHERE}.")
     if error.errno in (errno.ENOENT, errno.ENOTDIR, errno.EEXIST):
         return CannotWrite(f"{shown(path.parent)} is not a folder: make it first, or save elsewhere.")
     return CannotWrite(f"{shown(path)} could not be written ({error.strerror or error}): save elsewhere.")

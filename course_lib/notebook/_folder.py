@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
-from course_lib.cameras import PinholeCamera, preset
+from course_lib.camera.pinhole import PinholeCamera, preset
+from course_lib.camera.rgbd import DepthEncoding, RGBDFrame, decode_depth, find_encoding
 from course_lib.notebook import _poses, files
 from course_lib.notebook._dataset import Dataset, Lazy, Parts
 from course_lib.notebook._errors import Refusal, shown
 from course_lib.notebook._images import SUFFIXES
 from course_lib.notebook._recording import read_recording
-from course_lib.rgbd import DepthEncoding, RGBDFrame, decode_depth, find_encoding
 
 COLOR_FOLDERS = ("color", "colour", "rgb", "image", "images")
 DEPTH_FOLDERS = ("depth", "depths", "aligned_depth", "depth_aligned", "depth_raw")

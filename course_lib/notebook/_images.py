@@ -142,7 +142,7 @@ def read_image(path: str | Path) -> np.ndarray:
 def read_depth(path: str | Path) -> np.ndarray:
     """Read a depth image (16-bit PNG or PGM) as it is stored: (H, W) uint16 in the recording's own units.
 
-    `course_lib.rgbd.decode_depth` turns it into metres.
+    `course_lib.camera.rgbd.decode_depth` turns it into metres.
 
     Raises
     ------
@@ -183,7 +183,7 @@ def write_depth(path: str | Path, raw: np.ndarray) -> Path:
     Raises
     ------
     Refusal
-        If the array is not uint16 (metres are encoded with `course_lib.rgbd.encode_depth`) or the ending is unknown.
+        If the array is not uint16 (`course_lib.camera.rgbd.encode_depth` encodes metres) or the ending is unknown.
     CannotWrite
         If the disk is full or the folder is read-only.
     """

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from course_lib.cameras import PinholeCamera
+from course_lib.camera.pinhole import PinholeCamera
+from course_lib.geometry.transforms import check_rigid, from_quaternion_xyzw, invert
 from course_lib.notebook._errors import Refusal, shown
-from course_lib.transforms import check_rigid, from_quaternion_xyzw, invert
 
 RIGID_AFTER_TEXT = 1e-3
 """How far from rigid a pose may be after being written with few digits; it is then made exactly rigid."""

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from course_lib.cameras import PinholeCamera, preset
+from course_lib.camera.pinhole import PinholeCamera, preset
+from course_lib.camera.rgbd import RGBDFrame, decode_depth, find_encoding
 from course_lib.notebook import _places, _poses, _stored, files
 from course_lib.notebook._catalog import Entry, RemoteFile
 from course_lib.notebook._dataset import Dataset, Lazy, Parts
 from course_lib.notebook._errors import DataDamaged, DataMissing
-from course_lib.rgbd import RGBDFrame, decode_depth, find_encoding
 
 _proved: dict[Path, tuple[int, int, str]] = {}
 

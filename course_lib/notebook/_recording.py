@@ -11,13 +11,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from course_lib.depth_alignment import align_depth
-from course_lib.distortion import distort
+from course_lib.camera.depth_alignment import align_depth
+from course_lib.camera.distortion import distort
+from course_lib.camera.rgbd import DepthEncoding, RGBDFrame, decode_depth, encode_depth
+from course_lib.geometry.transforms import invert
 from course_lib.notebook._dataset import Dataset, Lazy
 from course_lib.notebook._errors import Refusal, shown
 from course_lib.notebook._rosbags import Stream, opened, printable
-from course_lib.rgbd import DepthEncoding, RGBDFrame, decode_depth, encode_depth
-from course_lib.transforms import invert
 
 MOST = 100
 """Frames kept in memory unless the caller asks for another number: 100 of 848x480 take 200 MB."""

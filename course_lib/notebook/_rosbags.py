@@ -21,10 +21,10 @@ import numpy as np
 import PIL
 import PIL.Image
 
-from course_lib.cameras import PinholeCamera
+from course_lib.camera.pinhole import PinholeCamera
+from course_lib.geometry.rotations import from_quaternion_xyzw
+from course_lib.geometry.transforms import from_rotation_translation
 from course_lib.notebook._errors import Refusal, shown
-from course_lib.rotations import from_quaternion_xyzw
-from course_lib.transforms import from_rotation_translation
 
 ROS1_MAGIC, SQLITE_MAGIC = b"#ROSBAG V2.0\n", b"SQLite format 3\0"
 IMAGES = re.compile(r"(?P<sensor>/device_\d+/sensor_\d+)/(?P<kind>Depth|Color)_\d+/image/data(/compressed(Depth)?)?")

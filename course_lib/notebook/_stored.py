@@ -17,7 +17,7 @@ from course_lib.notebook._errors import DataDamaged, Refusal
 from course_lib.notebook._images import decode
 
 if TYPE_CHECKING:
-    from course_lib.simulate.recipes import RecipeOutput
+    from course_lib.simulate.recipes.recipe import RecipeOutput
 
 MANIFEST = "manifest.json"
 

@@ -85,7 +85,7 @@ def _recognise(thing: object, tag: object) -> Thing:
 def _arrays(thing: object) -> Thing:
     """Find out what a thing is and take its arrays."""
     if hasattr(thing, "depth") and hasattr(thing, "camera"):
-        from course_lib.pointcloud import from_frame
+        from course_lib.cloud.pointcloud import from_frame
 
         return _arrays(from_frame(thing))
     if hasattr(thing, "vertices") and hasattr(thing, "triangles"):

@@ -19,14 +19,14 @@ from typing import Any
 
 import numpy as np
 
-from course_lib.cameras import PinholeCamera
-from course_lib.meshes import Mesh
+from course_lib.camera.pinhole import PinholeCamera
+from course_lib.camera.rgbd import RGBDFrame, decode_depth, find_encoding
+from course_lib.cloud.pointcloud import PointCloud
 from course_lib.notebook import _cache, _catalog, _real, _stored
 from course_lib.notebook._dataset import Dataset, Lazy, Parts
 from course_lib.notebook._errors import CannotWrite, DataDamaged, DataMissing, NotHere, Refusal
 from course_lib.notebook._folder import from_folder
-from course_lib.pointcloud import PointCloud
-from course_lib.rgbd import RGBDFrame, decode_depth, find_encoding
+from course_lib.surface.meshes import Mesh
 
 __all__ = [
     "CannotWrite",

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from course_lib.meshes import Mesh
+from course_lib.cloud.pointcloud import PointCloud
 from course_lib.notebook._atomic import atomic_file
 from course_lib.notebook._errors import CannotWrite, Refusal, shown
 from course_lib.notebook._headers import Header, check_pcd, check_ply, check_xyz
 from course_lib.notebook._images import read_depth, read_image, there, write_depth, write_image
-from course_lib.pointcloud import PointCloud
+from course_lib.surface.meshes import Mesh
 
 if TYPE_CHECKING:
     import open3d

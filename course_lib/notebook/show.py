@@ -20,7 +20,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from IPython import get_ipython
 
-from course_lib.notebook import _colours, budget
+from course_lib.notebook import _colours, lessons
 from course_lib.notebook._depth import depth_picture, frames_picture
 from course_lib.notebook._paint import Colouring
 from course_lib.notebook._panels import draw_scenes
@@ -234,17 +234,16 @@ class Show:
 
         Parameters
         ----------
-        measured : key of budget.STAGES → (value in the stage's unit, effect in mm on the surface at 1.5 m).
+        measured : key of a stage of `lessons` → (value in the stage's unit, effect in mm on the surface at 1.5 m).
         """
-        measured = dict(measured or {})
-        unknown = set(measured) - {stage.key for stage in budget.STAGES}
+        measured, stages = dict(measured or {}), lessons.stages()
+        unknown = set(measured) - {stage.key for stage in stages}
         if unknown:
-            raise ValueError(
-                f"The error budget has no row {sorted(unknown)[0]!r}: use {', '.join(s.key for s in budget.STAGES)}."
-            )
+            keys = ", ".join(stage.key for stage in stages)
+            raise ValueError(f"The error budget has no row {sorted(unknown)[0]!r}: use {keys}.")
         rows = []
-        newest = max((stage.lesson for stage in budget.STAGES if stage.key in measured), default="")
-        for stage in budget.STAGES:
+        newest = max((stage.lesson for stage in stages if stage.key in measured), default="")
+        for stage in stages:
             value, effect = measured.get(stage.key, (None, None))
             shown = (
                 f"{number(float(value), 2)} {stage.unit}"
@@ -252,7 +251,7 @@ class Show:
                 else f"{'see' if stage.lesson < newest else 'waits for'} lesson {stage.lesson[:2]}"
             )
             rows.append([stage.name, stage.lesson[:2], shown, number(float(effect), 2) if effect is not None else "–"])
-        columns = ["error", "lesson", "measured", budget.EFFECT]
+        columns = ["error", "lesson", "measured", "effect on the surface at 1.5 m (mm)"]
         display_object(Table(rows, columns, [False, False, True, True], "Error budget"))
 
 

@@ -1,8 +1,8 @@
 """The ideal RGB-D camera: colour, depth and labels of a scene, by casting rays.
 
 This module is the only place that decides where a ray goes through a pixel. Open3D's ``create_rays_pinhole`` puts pixel
-centres at +0.5, everything else in the course at integers; here rays come from `course_lib.cameras.pixel_rays`, so that
-deprojecting a rendered depth image gives points on the surface.
+centres at +0.5, everything else in the course at integers; here rays come from `course_lib.camera.pinhole.pixel_rays`,
+so that deprojecting a rendered depth image gives points on the surface.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 import open3d as o3d
 
-from course_lib.cameras import PinholeCamera, pixel_rays
-from course_lib.rgbd import RGBDFrame
+from course_lib.camera.pinhole import PinholeCamera, pixel_rays
+from course_lib.camera.rgbd import RGBDFrame
+from course_lib.geometry.transforms import check_rigid
 from course_lib.simulate.implicit import rotate
 from course_lib.simulate.scene_model import Scene
-from course_lib.transforms import check_rigid
 
 _CORNERS = ((-0.25, -0.25), (0.25, -0.25), (-0.25, 0.25), (0.25, 0.25))  # of a pixel, where edges are smoothed
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from course_lib.cameras import PinholeCamera
+from course_lib.camera.pinhole import PinholeCamera
 from course_lib.checks import check_depth
 
 BASELINE = 0.095  # metres between the imagers of a D455

@@ -9,10 +9,10 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from course_lib.geometry.transforms import rotation_z
 from course_lib.simulate import pictures, shapes, textures
 from course_lib.simulate.scene_model import Surface
 from course_lib.simulate.textures import Colour
-from course_lib.transforms import rotation_z
 
 Rng = np.random.Generator
 Painter = Callable[[Rng, tuple[int, int]], np.ndarray]

@@ -13,11 +13,11 @@ import cv2
 import numpy as np
 import open3d as o3d
 
-from course_lib.cameras import PinholeCamera, deproject, pixel_rays
+from course_lib.camera.pinhole import PinholeCamera, deproject, pixel_rays
+from course_lib.geometry.transforms import apply, look_at
 from course_lib.simulate import d455, furniture, shapes, textures
 from course_lib.simulate.camera import cast, render_labelled
 from course_lib.simulate.scene_model import Scene, Surface
-from course_lib.transforms import apply, look_at
 
 KINDS = ("nothing", "surface", "thin structure", "flying pixel", "reflection", "isolated noise")
 NOTHING, SURFACE, THIN, FLYING, REFLECTION, NOISE = range(6)
@@ -41,7 +41,7 @@ class OutlierShot:
 
     Attributes
     ----------
-    frame : the arrays of a frame, as `course_lib.simulate.recipes` stores them.
+    frame : the arrays of a frame, as `course_lib.simulate.recipes.recipe` describes them.
     pose : (4, 4) T_world_camera.
     points : (N, 3) float32, metres, camera frame: the measured pixels, row by row.
     colors : (N, 3) uint8.

@@ -10,10 +10,10 @@ import cv2
 import numpy as np
 import open3d as o3d
 
-from course_lib.meshes import Mesh
 from course_lib.simulate.atlas import Atlas
 from course_lib.simulate.lighting import Light, brightness, displayed, linear
 from course_lib.simulate.shapes import Patch, Solid
+from course_lib.surface.meshes import Mesh
 
 NOTHING = "nothing"
 _FINE, _COARSE = 0.02, 0.08  # metres between points at which light is computed

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from course_lib.geometry.transforms import look_at
 from course_lib.simulate import furniture, pictures, shapes, textures
 from course_lib.simulate.furniture import block, painted, round_thing, wooden
 from course_lib.simulate.lighting import bulb_light, window_light
 from course_lib.simulate.scene_model import NOTHING, Scene, Surface
-from course_lib.transforms import look_at
 
 __all__ = ["NOTHING", "Scene", "Surface", "check_seed", "desk", "living_room"]
 

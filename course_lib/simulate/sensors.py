@@ -11,13 +11,13 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from course_lib.cameras import PinholeCamera, pixel_rays, project
-from course_lib.rgbd import RGBDFrame
+from course_lib.camera.pinhole import PinholeCamera, pixel_rays, project
+from course_lib.camera.rgbd import RGBDFrame
+from course_lib.geometry.transforms import check_rigid, invert
 from course_lib.simulate.camera import cast, render
 from course_lib.simulate.implicit import rotate
 from course_lib.simulate.lighting import blocked, displayed, linear
 from course_lib.simulate.scene_model import Scene
-from course_lib.transforms import check_rigid, invert
 
 
 @dataclass(frozen=True)

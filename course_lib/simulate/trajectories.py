@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from course_lib.transforms import exp, look_at
+from course_lib.geometry.transforms import exp, look_at
 
 
 def handheld(

@@ -18,6 +18,8 @@ import numpy as np
 from course_lib.tasks.plain import Plain, plain
 
 KINDS = ("fill", "write", "mend", "which", "real", "open", "explain")
+LIBRARY = ("geometry", "camera", "cloud", "surface", "registration", "robot")
+"""The rooms of course_lib that lessons import from, from the ground up."""
 HARMLESS = ("builtins", "math", "cmath", "typing", "collections", "itertools", "functools", "operator", "__future__")
 """Modules that every task may use."""
 
@@ -119,8 +121,8 @@ class Task:
     cases : draws cases from a NumPy generator; for tasks with `data` it is called `cases(rng, load)`.
     judge : `judge(case, answer) -> Verdict` for a plain answer; must not raise, whatever the answer.
     misconceptions : the wrong answers that people give.
-    may_call : modules that the answer may use beside `HARMLESS`: ("numpy", "course_lib.transforms").
-    hides : dotted names that are the answer: ("course_lib.cameras.deproject",). The grader removes their modules.
+    may_call : modules that the answer may use beside `HARMLESS`: ("numpy", "course_lib.geometry.transforms").
+    hides : dotted names that are the answer: ("course_lib.camera.pinhole.deproject",). The grader cuts them out.
     kind : one of KINDS.
     where : what to read again: "lesson 03, section 2 (the pinhole model)".
     distance : `distance(case, a, b)` in tolerances, where the default will not do. The default judges `a` with `b` in

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import ast
 import inspect
+import re
 import textwrap
 from collections.abc import Callable, Iterator
 from types import FunctionType, ModuleType
 from typing import Any
 
-from course_lib.tasks.core import HARMLESS, Task
+from course_lib.tasks.core import HARMLESS, LIBRARY, Task
 
 
 def forbidden(task: Task, function: Callable[..., Any]) -> str:
@@ -67,17 +68,22 @@ def forbidden_in_text(task: Task, source: str, given: str = "", apart: tuple[str
     return _sentence(task, [name for name in dict.fromkeys(names) if not any(_within(name, free) for free in apart)])
 
 
+def _shown(name: str) -> str:
+    """A name as lessons write it: transforms.invert for course_lib.geometry.transforms.invert."""
+    return re.sub(rf"^course_lib\.(?:(?:{'|'.join(LIBRARY)})\.)?", "", name)
+
+
 def _sentence(task: Task, names: list[str]) -> str:
     allowed = ", ".join(task.may_call) or "plain Python"
     for name in names:
         if any(_within(name, hidden) for hidden in task.hides):
             return (
-                f"Task {task.number} asks you to write it yourself: {name.removeprefix('course_lib.')} is the answer; "
+                f"Task {task.number} asks you to write it yourself: {_shown(name)} is the answer; "
                 f"allowed here: {allowed}."
             )
     for name in names:
         if not any(_within(name, module) for module in (*task.may_call, *HARMLESS)):
-            return f"Task {task.number} does not take {name.removeprefix('course_lib.')}; allowed here: {allowed}."
+            return f"Task {task.number} does not take {_shown(name)}; allowed here: {allowed}."
     return ""
 
 
@@ -86,7 +92,7 @@ def _within(name: str, outer: str) -> bool:
 
 
 def _used(function: Callable[..., Any], seen: set[int]) -> Iterator[str]:
-    """The dotted names of everything from other modules that a function mentions: 'course_lib.cameras.deproject'."""
+    """The dotted names of what a function mentions of other modules: 'course_lib.camera.pinhole.deproject'."""
     if not isinstance(function, FunctionType) or id(function) in seen:
         return
     seen.add(id(function))

@@ -23,7 +23,9 @@ from course_lib.notebook import data, report, report_table, show
 import numpy as np
 import open3d as o3d
 
-from course_lib import meshes, metrics, pointcloud, transforms
+from course_lib.cloud import pointcloud
+from course_lib.geometry import transforms
+from course_lib.surface import meshes, metrics
 
 room = data.load("living_room")
 show(room.frames[0], title="Where we start: a photograph, and how far away everything in it was")

@@ -23,7 +23,7 @@ import cv2
 import matplotlib.pyplot as plt
 import numpy as np
 
-from course_lib import rgbd
+from course_lib.camera import rgbd
 
 room = data.load("living_room")
 frame = room.frames[0]
@@ -320,7 +320,7 @@ show.images(looks, alt="The same depth image drawn twice")
 # columns does a point move? 59 mm at depth $z$ span $f \cdot 0.059 / z$ columns.
 
 # %%
-from course_lib import transforms
+from course_lib.geometry import transforms
 from course_lib.simulate import camera as sim_camera, scenes
 
 scene = scenes.living_room(7)  # the seed of our dataset

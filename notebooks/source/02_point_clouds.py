@@ -28,7 +28,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 import open3d as o3d
 
-from course_lib import cameras, metrics, pointcloud, transforms
+from course_lib.camera import pinhole
+from course_lib.cloud import pointcloud
+from course_lib.geometry import transforms
+from course_lib.surface import metrics
 
 bunny = data.load("bunny_like")
 show(bunny.cloud, views=["front", "side", "top"], color="height", title="A point cloud is a list of places (front: its profile; side: from behind)")
@@ -119,7 +122,7 @@ report("points read by Open3D", len(cloud.points))
 # %%
 room = data.load("living_room")
 frame = room.frames[0]
-organised = cameras.deproject(frame.depth, frame.camera)
+organised = pinhole.deproject(frame.depth, frame.camera)
 report_table([[str(organised.shape), 100 * float(np.isnan(organised[..., 2]).mean())]],
              columns=["shape of the organised cloud", "points that are NaN (%)"])
 parts = {"x (m), to the right": 0, "y (m), down": 1, "z (m), forward": 2}
@@ -289,7 +292,7 @@ depths = {
 }
 clouds = {"laser scanner": (swept, scan.points)}
 for name, depth in depths.items():
-    seen = cameras.deproject_compact(np.where(depth < 10, depth, 0), camera)
+    seen = pinhole.deproject_compact(np.where(depth < 10, depth, 0), camera)
     clouds[name] = transforms.apply(T_world_camera, seen), seen
 rows = []
 for name, (world, seen) in clouds.items():
@@ -418,7 +421,7 @@ def first_obstacle(points, standing=room.poses[0][:2, 3]):
 
 
 assert first_obstacle(np.array([[3, 4, 0.5], [1, 0, 0.0]]), standing=np.zeros(2)) == 5  # one is the floor
-truth = apply(room.poses[0], cameras.deproject_compact(room.truth["depth"][0], camera))
+truth = apply(room.poses[0], pinhole.deproject_compact(room.truth["depth"][0], camera))
 report("nearest obstacle, by the cloud", first_obstacle(world[0]), "m")
 report("nearest obstacle, by the true surface", first_obstacle(truth), "m")
 

@@ -24,7 +24,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 import open3d as o3d
 
-from course_lib import cameras, metrics, pointcloud, transforms
+from course_lib.camera import pinhole
+from course_lib.cloud import pointcloud
+from course_lib.geometry import transforms
+from course_lib.surface import metrics
 
 room = data.load("living_room")
 frame = room.frames[15]
@@ -137,7 +140,7 @@ def focal_length(fov_degrees, pixels):
 
 
 assert np.isclose(focal_length(90, 640), 320)  # the tangent of 45 degrees is 1
-assert np.isclose(focal_length(60, 640), cameras.focal_length(np.radians(60), 640))
+assert np.isclose(focal_length(60, 640), pinhole.focal_length(np.radians(60), 640))
 
 wrong = {
     "half of both": lambda fov: focal_length(fov, 640),
@@ -339,11 +342,11 @@ show.panels({"camera axes: seen from behind": cloud, "flipped for that viewer": 
 # at the true surface, and lift the exact depth in three ways.
 
 # %%
-unity = cameras.camera_from_fov(np.radians(60), 640, 480, axis="vertical")
+unity = pinhole.camera_from_fov(np.radians(60), 640, 480, axis="vertical")
 T = frame.T_world_camera
 caster = o3d.t.geometry.RaycastingScene()
 caster.add_triangles(room.mesh.vertices.astype(np.float32), room.mesh.triangles.astype(np.uint32))
-ahead = cameras.pixel_rays(unity) @ T[:3, :3].T  # where each pixel looks, in the world
+ahead = pinhole.pixel_rays(unity) @ T[:3, :3].T  # where each pixel looks, in the world
 rays = np.concatenate([np.broadcast_to(T[:3, 3], ahead.shape), ahead], axis=-1).astype(np.float32)
 z = caster.cast_rays(o3d.core.Tensor(rays))["t_hit"].numpy()  # rays of z = 1, so what comes back is the depth
 
@@ -438,9 +441,9 @@ for name in ["tum_pair", "sun_pair", "redwood_frames", "realsense_planes"]:
     real = data.load(name).frames[0]
     k = real.camera
     lifted = deproject(real.depth, k.fx, k.fy, k.cx, k.cy)
-    pinhole = o3d.camera.PinholeCameraIntrinsic(k.width, k.height, k.fx, k.fy, k.cx, k.cy)
+    intrinsic = o3d.camera.PinholeCameraIntrinsic(k.width, k.height, k.fx, k.fy, k.cx, k.cy)
     theirs = o3d.geometry.PointCloud.create_from_depth_image(
-        o3d.geometry.Image(real.depth), pinhole, depth_scale=1.0, depth_trunc=100.0)
+        o3d.geometry.Image(real.depth), intrinsic, depth_scale=1.0, depth_trunc=100.0)
     valid = real.depth > 0
     assert np.allclose(lifted[valid], theirs.points, atol=1e-5)
     kept = by_default(real.color, real.depth) > 0
@@ -547,7 +550,7 @@ show.images(overlays, alt="A black stand on a floor, with the outlines of its de
 #
 # ## Going further
 #
-# - Real lenses bend rays. `course_lib.cameras` deprojects with Brown's distortion model; lesson 11 measures it.
+# - Real lenses bend rays. `course_lib.camera.pinhole` deprojects with Brown's distortion model; lesson 11 measures it.
 # - Where z comes from: with two cameras a baseline B apart, z = f B / d for a disparity of d pixels (lesson 14). That is the line that
 #   the UAV document's equations leave out; OpenCV's `reprojectImageTo3D` does it.
 # - Open3D mixes two conventions: `create_from_depth_image` puts pixel centres at whole numbers, `create_rays_pinhole` and

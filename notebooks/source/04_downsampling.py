@@ -24,7 +24,9 @@ import numpy as np
 import open3d as o3d
 from scipy.spatial import cKDTree
 
-from course_lib import downsample, metrics, normals, pointcloud, transforms
+from course_lib.cloud import downsample, normals, pointcloud
+from course_lib.geometry import transforms
+from course_lib.surface import metrics
 
 animal = data.load("bunny_like")
 points = animal.cloud.points.astype(float)

@@ -26,7 +26,9 @@ import numpy as np
 import open3d as o3d
 from scipy.spatial import cKDTree
 
-from course_lib import clusters, metrics, outliers, pointcloud, transforms
+from course_lib.cloud import clusters, outliers, pointcloud
+from course_lib.geometry import transforms
+from course_lib.surface import metrics
 
 desks = data.load("desk_outliers")
 cloud = desks.clouds["desk_0"]
@@ -580,12 +582,12 @@ show.panels({name: [{"kept": (real[keep], "surface"), "removed": (real[~keep], "
 #
 # ## Going further
 #
-# - **Filter the image, not the cloud.** In a depth image the neighbours are known without any search. `course_lib.depth_filters` keeps a pixel if some of those around it
+# - **Filter the image, not the cloud.** In a depth image the neighbours are known without any search. `course_lib.camera.depth_filters` keeps a pixel if some of those around it
 #   have nearly its disparity, or if it belongs to a large enough patch; a threshold in disparity is right at every depth, as the noise is constant there. It is cheap, finds specks and
 #   flying pixels, and reflections not at all. Watch the thin things: in an image, a hole cuts a cable in two.
 
 # %%
-from course_lib import depth_filters
+from course_lib.camera import depth_filters
 
 rows = []
 for name, desk in zip(reporting, desks.frames[3:], strict=True):

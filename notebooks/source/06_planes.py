@@ -24,7 +24,9 @@ import numpy as np
 import open3d as o3d
 from scipy.spatial import cKDTree
 
-from course_lib import downsample, floors, metrics, normals, planes, pointcloud, transforms
+from course_lib.cloud import downsample, floors, normals, planes, pointcloud
+from course_lib.geometry import transforms
+from course_lib.surface import metrics
 
 desk = data.load("lettered_box")
 frame = desk.frames[0]

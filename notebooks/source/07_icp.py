@@ -24,7 +24,9 @@ import numpy as np
 import open3d as o3d
 from scipy.spatial import cKDTree
 
-from course_lib import pointcloud, registration, transforms
+from course_lib.cloud import pointcloud
+from course_lib.geometry import transforms
+from course_lib.registration import icp
 
 rng = np.random.default_rng(7)
 order = rng.permutation(len(data.load("bunny_like").cloud.points))
@@ -93,7 +95,7 @@ assert np.allclose(best_rigid(corner, corner + [5, 0, 0])[:3, 3], [5, 0, 0])  # 
 T_true = transforms.random(rng, 180, 2)
 ours = best_rigid(surface, transforms.apply(T_true, surface))
 assert np.allclose(ours, T_true)
-assert np.allclose(registration.fit_rigid(surface, transforms.apply(T_true, surface)), ours)
+assert np.allclose(icp.fit_rigid(surface, transforms.apply(T_true, surface)), ours)
 
 # %% [markdown]
 # What is `guard`? V Uᵀ is orthogonal, and that may be a mirror. Then the weakest direction, the last, is flipped: R = V diag(1, 1, det(V Uᵀ)) Uᵀ. The
@@ -265,7 +267,7 @@ for _ in range(40):
     index = tree.query(moved)[1]
     T = step_to_planes(moved, target[index], normals[index]) @ T
 # the library's icp: source, target, radius in metres (10: every pair counts), normals or None; it stops where a step moves less than the tolerance
-library = registration.icp(source, target, 10.0, normals, steps=40, tolerance=0)
+library = icp.icp(source, target, 10.0, normals, steps=40, tolerance=0)
 assert np.allclose(library.T_target_source, T, atol=1e-6)
 
 fig, axis = plt.subplots(figsize=(6.5, 3.0), layout="constrained")
@@ -287,7 +289,7 @@ angles, offsets = np.arange(0, 181, 30), np.array([0, 0.05, 0.1, 0.2])
 few = surface[::5]
 maps = {}
 for name, given, steps in [("to points", None, 200), ("to planes", normals, 50)]:
-    maps[name] = np.array([[1000 * np.linalg.norm(transforms.apply(registration.icp(
+    maps[name] = np.array([[1000 * np.linalg.norm(transforms.apply(icp.icp(
         few, target, 10.0, given, start_at(angle, offset), steps=steps, tolerance=1e-5).T_target_source, few) - few, axis=1).mean()
         for angle in angles] for offset in offsets])
 survived = {name: int(angles[errors[0] < 2].max()) for name, errors in maps.items()}
@@ -387,7 +389,7 @@ for name, how in [("every pair", {}), ("radius 5 mm at the end", {"radius": [10.
                   ("Huber", {"kernel": "huber"}), ("Tukey", {"kernel": "tukey"})]:
     cells = [name]
     for given in (None, half_normals):
-        result = registration.icp(dirty, half_seen, **({"radius": 10.0} | how), normals=given, initial=near_start, steps=80)
+        result = icp.icp(dirty, half_seen, **({"radius": 10.0} | how), normals=given, initial=near_start, steps=80)
         cells.append(off_mm(result.T_target_source))
     rows.append(cells)
 report_table(rows, columns=["300 strays, no feet", "to points (mm)", "to planes (mm)"], digits=2)
@@ -425,7 +427,7 @@ model_normals = normals_of(model)
 rows = [["not moved", "", room_mm(np.eye(4)), ""]]
 for name, radius in [("one large", [1.0]), ("one small", [0.05]), ("coarse to fine", [1.0, 0.3, 0.1, 0.05])]:
     for how, given in [("points", None), ("planes", model_normals)]:
-        result = registration.icp(scan, model, radius, given, steps=100 // len(radius))  # a hundred steps for each
+        result = icp.icp(scan, model, radius, given, steps=100 // len(radius))  # a hundred steps for each
         rows.append([name, how, room_mm(result.T_target_source), result.fitness])
 registered_mm = room_mm(result.T_target_source)
 report_table(rows, columns=["radius", "distances to", "surface at 1.5 m off by (mm)", "fitness"])
@@ -444,7 +446,7 @@ show.error_budget({"registration": (registered_mm, registered_mm)})
 rows = []
 for name, given in [("to points", None), ("to planes", normals)]:
     for radius in (0.1, 0.004):
-        result = registration.icp(source, target, [0.1, radius], given, steps=60, tolerance=1e-6)
+        result = icp.icp(source, target, [0.1, radius], given, steps=60, tolerance=1e-6)
         rows.append([name, 1000 * radius, round(result.fitness * len(source)), len(result.steps), off_mm(result.T_target_source)])
 report_table(rows, columns=["method", "last radius (mm)", "pairs at the end", "steps, both radii", "error (mm)"], digits=2)
 
@@ -483,7 +485,7 @@ def corridor(n):
 
 
 (before, walls), (ahead, _) = corridor(4000), corridor(4000)
-result = registration.icp(ahead - [0.5, 0, 0], before, 0.5, walls)
+result = icp.icp(ahead - [0.5, 0, 0], before, 0.5, walls)
 slid = abs(0.5 - result.T_target_source[0, 3])
 predict("By how much is ICP to planes wrong along the corridor?", guess, slid, "m", digits=2,
         why="No plane faces along x, so nothing says how far the robot drove. It stays where it began.")
@@ -524,7 +526,7 @@ before = transforms.pose_error(np.eye(4), T_reference)
 rows = [["not moved", "", 100 * before.metres, before.degrees]]
 for name, radius in [("2 m", 2.0), ("0.5 m", 0.5), ("0.25 m", 0.25), ("2, 1, 0.5, 0.25 m", [2, 1, 0.5, 0.25])]:
     for how, given in [("points", None), ("planes", street_normals)]:
-        T = registration.icp(outdoor, street, radius, given, steps=30, tolerance=1e-5).T_target_source
+        T = icp.icp(outdoor, street, radius, given, steps=30, tolerance=1e-5).T_target_source
         off = transforms.pose_error(T, T_reference)
         rows.append([name, how, 100 * off.metres, off.degrees])
 report_table(rows, columns=["radius", "distances to", "off by (cm)", "off by (degrees)"])
@@ -532,7 +534,7 @@ report_table(rows, columns=["radius", "distances to", "off by (cm)", "off by (de
 # %% tags=["real-data"]
 # real data: lidar_pair
 starts = [transforms.random(rng, 5, 0.5) for _ in range(20)]
-ends = [transforms.pose_error(registration.icp(outdoor, street, [2, 1, 0.5, 0.25], street_normals, start, steps=15,
+ends = [transforms.pose_error(icp.icp(outdoor, street, [2, 1, 0.5, 0.25], street_normals, start, steps=15,
                                                tolerance=1e-4).T_target_source, T_reference) for start in starts]
 report("worst of 20 starts, translation", 100 * max(end.metres for end in ends), "cm")
 report("worst of 20 starts, rotation", max(end.degrees for end in ends), "degrees", 2)
@@ -578,7 +580,7 @@ scan_0, scan_45 = (bunny.clouds[name].points.astype(float) for name in ("bun000"
 centre = scan_45.mean(axis=0)
 disturbed = transforms.exp(np.r_[0, 0, 0, np.radians(5), 0, 0])
 disturbed[:3, 3] = (np.eye(3) - disturbed[:3, :3]) @ transforms.apply(T_0_45, centre) + [0.003, 0, 0]
-result = registration.icp(scan_45[::8], scan_0, [0.01, 0.003, 0.001], normals_of(scan_0, 20),
+result = icp.icp(scan_45[::8], scan_0, [0.01, 0.003, 0.001], normals_of(scan_0, 20),
                           initial=transforms.compose(disturbed, T_0_45), steps=30)
 bunny_mm = 1000 * np.linalg.norm(transforms.apply(result.T_target_source, centre) - transforms.apply(T_0_45, centre))
 report("from 5 degrees and 3 mm away, the middle ends off by", bunny_mm, "mm", 1)
@@ -652,10 +654,10 @@ model_normals *= -np.sign(np.sum(model_normals * model, axis=1, keepdims=True))
 here, there = in_open3d(lost, scan_normals @ far[:3, :3].T), in_open3d(model, model_normals)
 few_here, few_there = (cloud.voxel_down_sample(0.1) for cloud in (here, there))
 until_still = pipelines.ICPConvergenceCriteria(1e-7, 1e-7, 100)
-alone = registration.icp(lost, model, [1.0, 0.1], model_normals, steps=20).T_target_source
+alone = icp.icp(lost, model, [1.0, 0.1], model_normals, steps=20).T_target_source
 rows = [["ICP alone", room_mm(alone @ far), "", ""]]
 for name, T in by_features(few_here, few_there, 0.15).items():
-    ours = registration.icp(lost, model, [0.2, 0.1, 0.05], model_normals, initial=T, steps=30).T_target_source
+    ours = icp.icp(lost, model, [0.2, 0.1, 0.05], model_normals, initial=T, steps=30).T_target_source
     general = T
     for radius in (0.1, 0.05):
         general = pipelines.registration_generalized_icp(
@@ -669,9 +671,9 @@ report_table([[name, "found" if off < 200 else "lost", *rest] for name, off, *re
 pieces = [data.load("feature_clouds").clouds[name] for name in ("cloud_bin_0", "cloud_bin_1")]
 (points_0, normals_0), (points_1, normals_1) = ((piece.points.astype(float), piece.normals.astype(float)) for piece in pieces)
 moved = transforms.apply(far, points_0)
-ends = {"as stored": registration.icp(points_0, points_1, [0.15, 0.07], normals_1, steps=30).T_target_source}
+ends = {"as stored": icp.icp(points_0, points_1, [0.15, 0.07], normals_1, steps=30).T_target_source}
 for name, T in by_features(in_open3d(moved, normals_0 @ far[:3, :3].T), in_open3d(points_1, normals_1), 0.075).items():
-    ends[name] = registration.icp(moved, points_1, [0.15, 0.07], normals_1, initial=T, steps=30).T_target_source @ far
+    ends[name] = icp.icp(moved, points_1, [0.15, 0.07], normals_1, initial=T, steps=30).T_target_source @ far
 rows = []
 for name, T in ends.items():
     distance = cKDTree(points_1).query(transforms.apply(T, points_0))[0]
@@ -692,7 +694,7 @@ def poster(slid):
 here, there = poster(0.05), poster(0)
 stop = pipelines.ICPConvergenceCriteria(1e-7, 1e-7, 60)
 found = {
-    "to planes": registration.icp(np.asarray(here.points), np.asarray(there.points), 0.1, np.asarray(there.normals)).T_target_source,
+    "to planes": icp.icp(np.asarray(here.points), np.asarray(there.points), 0.1, np.asarray(there.normals)).T_target_source,
     "generalized": pipelines.registration_generalized_icp(
         here, there, 0.04, np.eye(4), pipelines.TransformationEstimationForGeneralizedICP(), stop).transformation,
     "coloured": pipelines.registration_colored_icp(
@@ -719,8 +721,8 @@ def variant(pick=slice(None, None, 3), match="closest", weigh=None, keep=0.9, fi
         distance = np.linalg.norm(q - moved, axis=1)
         use = distance <= np.quantile(distance, keep)
         w = np.ones(len(q)) if weigh is None else weigh(distance, np.sum(turned * n, axis=1))
-        step = (registration.fit_rigid_to_planes(moved[use], q[use], n[use], w[use]) if fit == "planes"
-                else registration.fit_rigid(moved[use], q[use], w[use]))
+        step = (icp.fit_rigid_to_planes(moved[use], q[use], n[use], w[use]) if fit == "planes"
+                else icp.fit_rigid(moved[use], q[use], w[use]))
         T = step @ T
         errors.append(room_mm(T))
     return errors

@@ -26,7 +26,7 @@ from course_lib.notebook import check, data, picture, show
 import matplotlib.pyplot as plt
 import numpy as np
 
-from course_lib import rgbd
+from course_lib.camera import rgbd
 
 frame = data.load("living_room").frames[0]
 depth, camera = frame.depth, frame.camera

@@ -27,7 +27,7 @@ import struct
 import matplotlib.pyplot as plt
 import numpy as np
 
-from course_lib import pointcloud
+from course_lib.cloud import pointcloud
 
 bunny = data.load("bunny_like").cloud.points.astype(float)
 

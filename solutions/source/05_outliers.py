@@ -30,7 +30,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from course_lib.tasks.desk_05 import small_desk
+from course_lib.tasks.labs.lab_05_outliers.small_desk import small_desk
 
 desk, kinds = small_desk(np.random.default_rng(5))
 names = ["", "surface", "thin structure", "flying pixels", "reflection", "noise"]

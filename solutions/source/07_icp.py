@@ -28,7 +28,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from scipy.spatial import cKDTree
 
-from course_lib.tasks.scans_07 import two_scans
+from course_lib.tasks.labs.lab_07_icp.two_scans import two_scans
 
 animal = data.load("bunny_like").cloud.points.astype(float)[::12]
 example = two_scans(np.random.default_rng(70))

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from course_lib.notebook._catalog import Entry, RemoteFile
-from course_lib.simulate.recipes import Recipe, RecipeOutput
+from course_lib.simulate.recipes.recipe import Recipe, RecipeOutput
 
 MIRROR = os.environ.get("COURSE_DATA_MIRROR", "")
 needs_mirror = pytest.mark.skipif(not MIRROR, reason="real data: COURSE_DATA_MIRROR is not set")
@@ -65,7 +65,7 @@ def tiny_recipe(maker=None) -> Recipe:
         progress(1, 1)
         return tiny_output(seed)
 
-    return Recipe("tiny_room", 7, 3, "a tiny room", maker or quick)
+    return Recipe(7, 3, "a tiny room", maker or quick)
 
 
 def remote(content: bytes, url: str, path: str = "folder/file.bin") -> RemoteFile:

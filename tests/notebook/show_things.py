@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from course_lib.meshes import Mesh
-from course_lib.pointcloud import PointCloud
+from course_lib.cloud.pointcloud import PointCloud
+from course_lib.surface.meshes import Mesh
 
 
 def box_cloud(n: int = 11) -> PointCloud:

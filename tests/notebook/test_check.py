@@ -44,7 +44,7 @@ POINTS = _task(
             "def points(n):\n    return np.arange(12.0).reshape(4, 3) + 1\n",
         ),
     ),
-    hides=("course_lib.transforms.invert",),
+    hides=("course_lib.geometry.transforms.invert",),
 )  # fmt: skip
 WHICH = _task(2, "which", "def causes()", lambda c, a: judge_choice(a, c.truth, ("flip", "range")), {})
 OPEN = _task(3, "open", "def guess(n)", lambda c, a: judge_band(a, ((1, 1.0), (2, 0.5), (3, 0.25)), "m"), {"n": 1},
@@ -227,7 +227,7 @@ def test_strict_failure_prints_no_traceback_in_a_notebook(monkeypatch: pytest.Mo
 
 def test_calling_the_answer_is_refused_kindly(monkeypatch: pytest.MonkeyPatch) -> None:
     def points(n: int) -> object:
-        from course_lib.transforms import invert
+        from course_lib.geometry.transforms import invert
 
         return invert(n)
 

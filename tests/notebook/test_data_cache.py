@@ -121,12 +121,13 @@ def test_a_damaged_file_is_named_and_made_again(cache, capsys, monkeypatch, name
 def test_a_changed_recipe_makes_it_again(cache, capsys, monkeypatch):
     """Nobody has to remember to raise a version; but a grader's copy without the simulator uses what is there."""
     load()
-    monkeypatch.setattr(_cache, "code", lambda: {name: "0" for name in os.listdir(_cache.SIMULATE)})
+    changed = dict.fromkeys(_cache.code(), "0")
+    monkeypatch.setattr(_cache, "code", lambda: changed)
     load()
     said = capsys.readouterr().err
     assert cache == [7, 7] and "so tiny_room is made again." in said
     assert "tiny_room-3-7 was made by older code (" in said
-    monkeypatch.setattr(_cache, "code", lambda: {"recipes.py": "1"})
+    monkeypatch.setattr(_cache, "code", lambda: {"recipes/recipe.py": "1"})
     load()
     assert cache == [7, 7]
 
@@ -368,7 +369,7 @@ def test_a_warm_load_imports_neither_simulator_nor_network(tmp_path, cache):
         f"import sys; sys.path[:0] = {[str(Path(__file__).parent), str(Path(__file__).resolve().parents[2])]!r}\n"
         "from course_lib.notebook import _cache, data\nfrom course_lib.notebook._catalog import Entry\n"
         f"entry = {ENTRY!r}\ndataset = data._synthetic(entry, *_cache.make(entry))\n"
-        "slow = {'course_lib.simulate', 'open3d', 'requests', 'pooch', 'course_lib.classroom'}\n"
+        "slow = {'course_lib.simulate', 'open3d', 'requests', 'pooch', 'course_lib.authoring'}\n"
         "print(dataset.frames[0].name, sorted(slow & set(sys.modules)))"
     )
     environment = {**os.environ, "COURSE_CACHE": str(tmp_path / "cache")}

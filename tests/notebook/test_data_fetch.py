@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from data_helpers import real_entry, remote, serving
 
-from course_lib.classroom import fetch
+from course_lib.launch import fetch
 from course_lib.notebook import _catalog, _real
 from course_lib.notebook._errors import CannotWrite, DataMissing
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from data_helpers import MIRROR, needs_mirror
 
-from course_lib.cameras import PinholeCamera
+from course_lib.camera.pinhole import PinholeCamera
+from course_lib.cloud.pointcloud import PointCloud
 from course_lib.notebook import data, files
 from course_lib.notebook._errors import Refusal
-from course_lib.pointcloud import PointCloud
 
 CAMERA = {"width": 8, "height": 6, "fx": 10.0, "fy": 10.0, "cx": 3.5, "cy": 2.5}
 DEPTH = np.full((6, 8), 1500, np.uint16)

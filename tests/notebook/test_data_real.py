@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from data_helpers import MIRROR, needs_mirror
 
-from course_lib import transforms
-from course_lib.metrics import nearest_distances
+from course_lib.geometry import transforms
 from course_lib.notebook import _catalog, _poses, _real, data, files
 from course_lib.notebook._errors import DataDamaged, Refusal
+from course_lib.surface.metrics import nearest_distances
 
 pytestmark = needs_mirror
 

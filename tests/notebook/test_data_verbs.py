@@ -5,7 +5,8 @@ import sys
 import pytest
 from data_helpers import needs_mirror
 
-from course_lib.classroom import cli, fetch
+from course_lib import cli
+from course_lib.launch import fetch
 from course_lib.notebook import _cache, _catalog, data
 
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from data_helpers import MIRROR, needs_mirror
 
-from course_lib.meshes import Mesh
+from course_lib.cloud.pointcloud import PointCloud
 from course_lib.notebook import files
 from course_lib.notebook._errors import CannotWrite, Refusal
-from course_lib.pointcloud import PointCloud
+from course_lib.surface.meshes import Mesh
 
 RNG = np.random.default_rng(1)
 CLOUD = PointCloud(

@@ -15,12 +15,12 @@ import numpy as np
 import pytest
 from data_helpers import MIRROR, needs_mirror
 
-from course_lib.cameras import PinholeCamera, deproject, project
-from course_lib.distortion import distort
+from course_lib.camera.distortion import distort
+from course_lib.camera.pinhole import PinholeCamera, deproject, project
+from course_lib.geometry.transforms import apply, from_rotation_translation, invert, rotation_y
 from course_lib.notebook import _recording, _rosbags, data
 from course_lib.notebook._errors import Refusal
 from course_lib.notebook._recording import _pair
-from course_lib.transforms import apply, from_rotation_translation, invert, rotation_y
 
 HERE = Path(__file__).parent / "recordings"
 ROS1, ROS2 = HERE / "librealsense_2_55.bag", HERE / "librealsense_2_59.db3"

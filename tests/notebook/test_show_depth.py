@@ -5,10 +5,10 @@ import re
 import numpy as np
 import pytest
 
-from course_lib.cameras import PinholeCamera
+from course_lib.camera.pinhole import PinholeCamera
+from course_lib.camera.rgbd import RGBDFrame
 from course_lib.notebook import show
 from course_lib.notebook._colours import rgb
-from course_lib.rgbd import RGBDFrame
 
 
 def slope() -> np.ndarray:

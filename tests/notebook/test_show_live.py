@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from show_things import box_cloud, square_mesh, straight_path
 
-from course_lib.notebook import budget, show
+from course_lib.notebook import lessons, show
 from course_lib.notebook._picture import Picture
 
 
@@ -53,14 +53,14 @@ def test_the_error_budget_waits_and_fills(capsys):
     show.error_budget()
     waiting = capsys.readouterr().out
     assert waiting.startswith("Error budget\n")
-    for stage in budget.STAGES:
+    for stage in lessons.stages():
         assert stage.name in waiting and f"waits for lesson {stage.lesson[:2]}" in waiting
-    first = budget.STAGES[0]
+    first = lessons.stages()[0]
     show.error_budget({first.key: (1.0, 0.29)})
     line = next(line for line in capsys.readouterr().out.splitlines() if line.startswith(first.name))
     assert f"1.0 {first.unit}" in line and line.endswith("0.29")
 
 
 def test_stages_are_of_the_course():
-    assert len({stage.key for stage in budget.STAGES}) == len(budget.STAGES)
-    assert all(stage.lesson[:2].isdigit() and 0 < int(stage.lesson[:2]) <= 17 for stage in budget.STAGES)
+    assert len({stage.key for stage in lessons.stages()}) == len(lessons.stages())
+    assert all(1 <= int(stage.lesson[:2]) <= 17 for stage in lessons.stages())

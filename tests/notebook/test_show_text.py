@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from show_things import box_cloud, square_mesh, straight_path, wall_cloud
 
+from course_lib.cloud.pointcloud import PointCloud
 from course_lib.notebook import show
 from course_lib.notebook._paint import Colouring
 from course_lib.notebook._scene import MOST_POINTS, build
-from course_lib.pointcloud import PointCloud
 
 
 @pytest.fixture(autouse=True)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from show_things import box_cloud, wall_cloud
 
-from course_lib import cameras
+from course_lib.camera import pinhole
 from course_lib.notebook._views import VIEWS, guess_frame, layout, look
 
 
@@ -50,11 +50,11 @@ def test_what_is_right_and_up_in_each_view(frame, name, right, up):
 
 
 def test_the_sensors_view_agrees_with_the_pinhole_model():
-    camera = cameras.PinholeCamera(640, 480, 525.0, 525.0, 319.5, 239.5)
+    camera = pinhole.PinholeCamera(640, 480, 525.0, 525.0, 319.5, 239.5)
     rng = np.random.default_rng(3)
     points = rng.uniform((-0.5, -0.4, 1), (0.5, 0.4, 3), size=(50, 3))
     view, pixels = seen("camera", points, "camera")
-    expected = cameras.project(points, camera)
+    expected = pinhole.project(points, camera)
     expected = expected[..., :2] if isinstance(expected, np.ndarray) else np.stack(expected[:2], axis=-1)
     ours = (pixels - [view.width / 2, view.height / 2]) / (view.height / 2 / view.scale)
     np.testing.assert_allclose(ours, (expected - [319.5, 239.5]) / 525.0, atol=1e-9)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from course_lib.classroom.prove import QUICK_LAB, QUICK_LESSON
-from course_lib.classroom.tree import Source, course_tree
+from course_lib.authoring.prove import QUICK_LAB, QUICK_LESSON
+from course_lib.authoring.tree import Source, course_tree
 
 TREE = course_tree()
 QUICK = os.environ.get("COURSE_QUICK") == "1"

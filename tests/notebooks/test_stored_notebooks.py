@@ -8,12 +8,12 @@ import pytest
 from stored import QUICK, TREE, notebooks, sources
 
 from course_lib import tasks
-from course_lib.classroom import notebooks as nbs
-from course_lib.classroom.build import check_agreement, missing_data, orphans, prepare_data
-from course_lib.classroom.gates import findings
-from course_lib.classroom.kernels import execute
-from course_lib.classroom.prove import stub_findings
-from course_lib.classroom.tree import Source
+from course_lib.authoring import notebooks as nbs
+from course_lib.authoring.build import check_agreement, missing_data, orphans, prepare_data
+from course_lib.authoring.gates import findings
+from course_lib.authoring.kernels import execute
+from course_lib.authoring.prove import stub_findings
+from course_lib.authoring.tree import Source
 
 LABS = [source for source in sources() if source.exercise]
 

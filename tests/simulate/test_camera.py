@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from walls import upright_wall
 
-from course_lib.cameras import PinholeCamera, deproject, preset, project
+from course_lib.camera.pinhole import PinholeCamera, deproject, preset, project
+from course_lib.geometry.transforms import apply, look_at
 from course_lib.simulate import camera as virtual
 from course_lib.simulate.scenes import Scene
-from course_lib.transforms import apply, look_at
 
 FORWARD = look_at((0, 0, 0), (0, 1, 0))
 CAMERA = preset("d455_depth_640x480")

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from course_lib.cameras import preset
+from course_lib.camera.pinhole import preset
 from course_lib.simulate import d455
 
 CAMERA = preset("d455_depth_848x480")

@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from course_lib.cameras import PinholeCamera, deproject
-from course_lib.rgbd import ENCODINGS, decode_depth
+from course_lib.camera.pinhole import PinholeCamera, deproject
+from course_lib.camera.rgbd import ENCODINGS, decode_depth
+from course_lib.geometry.transforms import apply, check_rigid, compose
 from course_lib.simulate import d455
-from course_lib.simulate.recipes import RECIPES, RecipeOutput, living_room_path
+from course_lib.simulate.recipes.living_room import living_room_path
+from course_lib.simulate.recipes.recipe import RecipeOutput, recipe
 from course_lib.simulate.trajectories import path_length
-from course_lib.transforms import apply, check_rigid, compose
 
 ROOT = Path(__file__).parents[2]
 FINGERPRINT = """
@@ -24,8 +25,8 @@ import cv2, numpy as np, open3d as o3d
 threads = int(sys.argv[2])
 o3d.utility.set_max_threads(threads)
 cv2.setNumThreads(threads)
-from course_lib.simulate.recipes import RECIPES
-output, digest = RECIPES[sys.argv[1]].make(), hashlib.sha256()
+from course_lib.simulate.recipes.recipe import recipe
+output, digest = recipe(sys.argv[1]).make(), hashlib.sha256()
 for arrays in [*output.frames, *output.meshes.values(), *output.clouds.values(), output.truth, {"poses": output.poses}]:
     for name in sorted(arrays):
         digest.update(name.encode() + np.ascontiguousarray(arrays[name]).tobytes())
@@ -36,7 +37,7 @@ print(digest.hexdigest())
 @pytest.fixture(scope="module")
 def pair() -> RecipeOutput:
     steps: list[tuple[int, int]] = []
-    output = RECIPES["desk_pair"].make(progress=lambda done, total: steps.append((done, total)))
+    output = recipe("desk_pair").make(progress=lambda done, total: steps.append((done, total)))
     assert steps[0][0] == 0 and steps[-1][0] == steps[-1][1]
     assert all(a[0] <= b[0] and a[1] == b[1] for a, b in zip(steps[:-1], steps[1:], strict=True))
     return output
@@ -44,7 +45,7 @@ def pair() -> RecipeOutput:
 
 @pytest.fixture(scope="module")
 def bunny() -> RecipeOutput:
-    return RECIPES["bunny_like"].make()
+    return recipe("bunny_like").make()
 
 
 def check_form(output: RecipeOutput) -> None:
@@ -105,7 +106,7 @@ def test_desk_pair_knows_the_motion_between_its_views(pair):
 
 
 def test_lettered_box_knows_its_planes_and_its_print():
-    output = RECIPES["lettered_box"].make()
+    output = recipe("lettered_box").make()
     check_form(output)
     camera, box = PinholeCamera(**output.camera), output.meta["label_names"].index("box")
     desk, corners, ink = (output.truth[name] for name in ("desk_plane", "box_corners", "ink"))
@@ -124,7 +125,7 @@ def test_lettered_box_knows_its_planes_and_its_print():
 
 
 def test_the_path_of_living_room():
-    poses = living_room_path(RECIPES["living_room"].seed)
+    poses = living_room_path(recipe("living_room").seed)
     assert len(poses) == 30 and 0.9 <= path_length(poses) <= 1.5
 
 
@@ -140,20 +141,20 @@ def test_arrays_repeat_bit_for_bit_in_other_processes_and_with_other_thread_coun
 
 
 def test_another_seed_is_another_animal(bunny):
-    other = RECIPES["bunny_like"].make(seed=8)
+    other = recipe("bunny_like").make(seed=8)
     assert other.clouds["cloud"]["points"].shape != bunny.clouds["cloud"]["points"].shape
 
 
 @pytest.mark.parametrize("seed", [-3, 2.5, "7", True])
 def test_a_bad_seed_is_refused_in_one_sentence(seed):
     with pytest.raises(ValueError, match="non-negative integer") as caught:
-        RECIPES["bunny_like"].make(seed=seed)
+        recipe("bunny_like").make(seed=seed)
     assert "\n" not in str(caught.value)
 
 
 @pytest.fixture(scope="module")
 def outlier_shot():
-    from course_lib.cameras import preset
+    from course_lib.camera.pinhole import preset
     from course_lib.simulate import outlier_desk
     from course_lib.simulate.scenes import desk
 
@@ -163,14 +164,14 @@ def outlier_shot():
 
 def test_every_point_of_an_outlier_desk_is_labelled_by_its_distance_to_the_truth(outlier_shot):
     """What is called a surface lies near one; what is called an outlier lies far from all."""
+    from course_lib.geometry.transforms import apply
     from course_lib.simulate import outlier_desk
     from course_lib.simulate.scenes import desk
-    from course_lib.transforms import apply
 
     camera, shot = outlier_shot
     rng = np.random.default_rng(3)
     mesh, _ = outlier_desk.add_thin_things(desk(3), rng).labelled_mesh()
-    from course_lib.metrics import distance_to_surface
+    from course_lib.surface.metrics import distance_to_surface
 
     off = distance_to_surface(apply(shot.pose, shot.points.astype(float)), mesh)
     sigma = d455.depth_sigma(shot.points[:, 2], camera)

@@ -3,13 +3,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from course_lib.cameras import deproject_compact, preset
-from course_lib.metrics import distance_to_surface
+from course_lib.camera.pinhole import deproject_compact, preset
+from course_lib.geometry.transforms import apply
 from course_lib.simulate import camera as virtual
 from course_lib.simulate import d455
-from course_lib.simulate.recipes import living_room_path
+from course_lib.simulate.recipes.living_room import living_room_path
 from course_lib.simulate.scenes import TABLE, desk, living_room
-from course_lib.transforms import apply
+from course_lib.surface.metrics import distance_to_surface
 
 SMALL = preset("d455_depth_640x480").scaled(160, 120)
 

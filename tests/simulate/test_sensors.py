@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from walls import grey, upright_wall
 
-from course_lib.cameras import PinholeCamera, preset
+from course_lib.camera.pinhole import PinholeCamera, preset
+from course_lib.geometry.transforms import look_at
 from course_lib.simulate import sensors, shapes
 from course_lib.simulate.scenes import Scene, Surface
-from course_lib.transforms import look_at
 
 FORWARD = look_at((0, 0, 0), (0, 1, 0))
 CAMERA = preset("d455_depth_424x240")

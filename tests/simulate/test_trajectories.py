@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from course_lib.geometry.transforms import check_rigid, invert, pose_error
 from course_lib.simulate.trajectories import handheld, path_length
-from course_lib.transforms import check_rigid, invert, pose_error
 
 ARGUMENTS = dict(start=(0.6, -1.1, 1.4), target=(0.0, 0.2, 0.8), length=1.2, sweep=-0.9)
 

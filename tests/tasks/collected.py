@@ -10,7 +10,7 @@ import pytest
 import task_proofs as proofs
 
 from course_lib import tasks
-from course_lib.classroom import solutions
+from course_lib.authoring import solutions
 from course_lib.tasks.core import Task
 
 
@@ -18,7 +18,7 @@ def _collect() -> tuple[dict[str, str], list[Task]]:
     """What is wrong with each lab's module ("" if nothing), and all tasks of those that can be imported."""
     problems: dict[str, str] = {}
     found: list[Task] = []
-    for number in tasks.labs():
+    for number in tasks.lab_numbers():
         try:
             found += tasks.lab(number)
             problems[number] = ""

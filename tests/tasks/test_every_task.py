@@ -12,7 +12,7 @@ import task_proofs as proofs
 from collected import PROBLEMS, TASKS, each_task, loader, reference
 
 from course_lib import tasks
-from course_lib.classroom import solutions, stubs
+from course_lib.authoring import solutions, stubs
 from course_lib.tasks.core import Task
 from course_lib.tasks.sources import forbidden
 

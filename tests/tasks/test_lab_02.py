@@ -11,7 +11,9 @@ import open3d as o3d
 import pytest
 from lesson_helpers import functions_in, functions_of
 
-from course_lib import pointcloud, tasks, transforms
+from course_lib import tasks
+from course_lib.cloud import pointcloud
+from course_lib.geometry import transforms
 from course_lib.tasks.sources import forbidden
 
 ROOT = Path(__file__).parents[2]
@@ -120,7 +122,7 @@ def test_the_bunny_has_35947_points(lesson):
 
 
 def test_the_pose_brings_the_raw_scans_together(lesson):
-    from course_lib import metrics
+    from course_lib.surface import metrics
 
     real = _load("stanford_bunny")
     first = lesson["apply"](real.reference["scan_poses"]["bun000"], real.clouds["bun000"].points)

@@ -11,8 +11,10 @@ import open3d as o3d
 import pytest
 from lesson_helpers import functions_of, lesson_source, load
 
-from course_lib import cameras, tasks, transforms
-from course_lib.tasks.mistakes_03 import CAUSE_OF
+from course_lib import tasks
+from course_lib.camera import pinhole
+from course_lib.geometry import transforms
+from course_lib.tasks.labs.lab_03_depth_to_points.mistakes import CAUSE_OF
 
 ROOT = Path(__file__).parents[2]
 LAB = ROOT / "solutions" / "source" / "03_depth_to_points.py"
@@ -38,10 +40,10 @@ def test_project_and_deproject_are_inverse(lesson, wall):
 
 
 def test_deproject_is_the_librarys(lesson, wall):
-    camera = cameras.PinholeCamera(640, 480, 404.7, 404.7, 319.5, 239.5)
+    camera = pinhole.PinholeCamera(640, 480, 404.7, 404.7, 319.5, 239.5)
     wall[::7, ::5] = 0
     ours = lesson["deproject"](wall, camera.fx, camera.fy, camera.cx, camera.cy)
-    assert np.allclose(ours, cameras.deproject(wall, camera, dtype=np.float64), atol=1e-12, equal_nan=True)
+    assert np.allclose(ours, pinhole.deproject(wall, camera, dtype=np.float64), atol=1e-12, equal_nan=True)
     wall[:] = 1.5
 
 
@@ -162,8 +164,14 @@ def test_the_stickers_of_break_it_lie_across_the_image(lesson):
 
 def test_the_letters_of_task_4_are_those_of_its_picture():
     """The lab shuffles its six clouds by a seed; the task's truth must name them in that order."""
-    causes = ["another camera's focal length", "another camera's depth scale", "z taken for range", "rows for columns",
-              "cut off at 3 m", "flip left in"]
+    causes = [
+        "another camera's focal length",
+        "another camera's depth scale",
+        "z taken for range",
+        "rows for columns",
+        "cut off at 3 m",
+        "flip left in",
+    ]
     seed = int(re.search(r"default_rng\((\d+)\)\.permutation\(6\)", LAB.read_text(encoding="utf-8"))[1])
     order = np.random.default_rng(seed).permutation(6)
     assert {letter: causes[i] for letter, i in zip("ABCDEF", order, strict=True)} == CAUSE_OF

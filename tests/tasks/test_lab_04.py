@@ -11,8 +11,11 @@ import pytest
 from lesson_helpers import functions_of, load
 from scipy.spatial import cKDTree
 
-from course_lib import downsample, metrics, normals, pointcloud, tasks, transforms
-from course_lib.tasks.mistakes_04 import CAUSE_OF, CAUSES
+from course_lib import tasks
+from course_lib.cloud import downsample, normals, pointcloud
+from course_lib.geometry import transforms
+from course_lib.surface import metrics
+from course_lib.tasks.labs.lab_04_downsampling.mistakes import CAUSE_OF, CAUSES
 
 ROOT = Path(__file__).parents[2]
 LAB = ROOT / "solutions" / "source" / "04_downsampling.py"

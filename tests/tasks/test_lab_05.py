@@ -12,11 +12,14 @@ import pytest
 from lesson_helpers import functions_of
 from scipy.spatial import cKDTree
 
-from course_lib import clusters, metrics, outliers, pointcloud, tasks, transforms
+from course_lib import tasks
+from course_lib.cloud import clusters, outliers, pointcloud
+from course_lib.geometry import transforms
 from course_lib.notebook import data
-from course_lib.tasks.desk_05 import FLYING, THIN, small_desk
+from course_lib.surface import metrics
 from course_lib.tasks.judging import load_source
-from course_lib.tasks.mistakes_05 import CAUSE_OF, CAUSES
+from course_lib.tasks.labs.lab_05_outliers.mistakes import CAUSE_OF, CAUSES
+from course_lib.tasks.labs.lab_05_outliers.small_desk import FLYING, THIN, small_desk
 
 ROOT = Path(__file__).parents[2]
 LAB = ROOT / "solutions" / "source" / "05_outliers.py"

@@ -10,8 +10,11 @@ import pytest
 from lesson_helpers import functions_of, load
 from scipy.spatial import cKDTree
 
-from course_lib import downsample, floors, metrics, normals, planes, pointcloud, tasks, transforms
-from course_lib.tasks.mistakes_06 import CAUSE_OF
+from course_lib import tasks
+from course_lib.cloud import downsample, floors, normals, planes, pointcloud
+from course_lib.geometry import transforms
+from course_lib.surface import metrics
+from course_lib.tasks.labs.lab_06_planes.mistakes import CAUSE_OF
 
 ROOT = Path(__file__).parents[2]
 LAB = ROOT / "solutions" / "source" / "06_planes.py"
@@ -283,7 +286,7 @@ def test_the_letters_of_task_4_are_those_of_its_picture():
 
 def test_a_plane_of_task_5_that_is_not_settled_earns_less():
     """RANSAC alone is worth something, the fit to its inliers is worth the rest."""
-    from course_lib.classroom import solutions
+    from course_lib.authoring import solutions
 
     task = tasks.get("06-5")
     source = solutions.reference("06-5")

@@ -7,8 +7,9 @@ import pytest
 from lesson_helpers import functions_of, load
 from scipy.spatial import cKDTree
 
-from course_lib import registration, transforms
+from course_lib.geometry import transforms
 from course_lib.notebook import data
+from course_lib.registration import icp
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +26,7 @@ def test_best_rigid_is_the_librarys_and_never_a_mirror(lesson):
             T = transforms.random(rng)
             found = lesson["best_rigid"](p, transforms.apply(T, p))
             assert np.abs(found - T).max() < 1e-9
-            assert np.abs(found - registration.fit_rigid(p, transforms.apply(T, p))).max() < 1e-9
+            assert np.abs(found - icp.fit_rigid(p, transforms.apply(T, p))).max() < 1e-9
 
 
 @pytest.mark.parametrize(("flat", "low", "high"), [(1.0, 0, 0), (0.0, 120, 280)])
@@ -60,7 +61,7 @@ def test_planes_need_fewer_steps_and_end_nearer(lesson):
     normals = lesson["normals_of"](target)
     errors = {}
     for name, given in (("points", None), ("planes", normals)):
-        result = registration.icp(source, target, 10.0, given, steps=100, tolerance=1e-6)
+        result = icp.icp(source, target, 10.0, given, steps=100, tolerance=1e-6)
         off = transforms.apply(result.T_target_source, source) - surface
         errors[name] = np.linalg.norm(off, axis=1).mean(), len(result.steps)
     assert errors["planes"][0] < 2e-4 < 1e-3
@@ -93,7 +94,7 @@ def test_lidar_from_identity_and_twenty_starts(lidar):
     source, target, normals, reference = lidar
     rng = np.random.default_rng(7)
     for start in [np.eye(4)] + [transforms.random(rng, 5, 0.5) for _ in range(20)]:
-        result = registration.icp(source, target, [2, 1, 0.5, 0.25], normals, start, steps=15, tolerance=1e-4)
+        result = icp.icp(source, target, [2, 1, 0.5, 0.25], normals, start, steps=15, tolerance=1e-4)
         off = transforms.pose_error(result.T_target_source, reference)
         assert off.metres <= 0.016 and off.degrees <= 0.2
 
@@ -101,7 +102,7 @@ def test_lidar_from_identity_and_twenty_starts(lidar):
 def test_lidar_with_one_fixed_radius_fails(lidar):
     source, target, normals, reference = lidar
     for radius, given, least in ((2.0, None, 0.03), (2.0, normals, 0.02), (0.25, None, 0.1)):
-        T = registration.icp(source, target, radius, given, steps=30, tolerance=1e-5).T_target_source
+        T = icp.icp(source, target, radius, given, steps=30, tolerance=1e-5).T_target_source
         assert transforms.pose_error(T, reference).metres > least
 
 
@@ -116,6 +117,6 @@ def test_two_raw_bunny_scans(lesson):
         off = transforms.exp(np.r_[0, 0, 0, np.radians(5) * axis])
         off[:3, 3] = (np.eye(3) - off[:3, :3]) @ transforms.apply(T, centre) + 0.003 * shift
         start = transforms.compose(off, T)
-        found = registration.icp(scan[::8], still, [0.01, 0.003, 0.001], normals, start, steps=30).T_target_source
+        found = icp.icp(scan[::8], still, [0.01, 0.003, 0.001], normals, start, steps=30).T_target_source
         assert np.linalg.norm(transforms.apply(found, centre) - transforms.apply(T, centre)) <= 1e-4
         assert transforms.pose_error(found, T).degrees <= 0.2

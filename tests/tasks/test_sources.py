@@ -14,7 +14,7 @@ ALLOWED = "allowed here: numpy."
 @pytest.fixture(scope="module")
 def shell() -> proofs.Shell:
     shell = proofs.Shell()
-    shell.run("from course_lib import transforms\nfrom course_lib.transforms import invert as flip")
+    shell.run("from course_lib.geometry import transforms\nfrom course_lib.geometry.transforms import invert as flip")
     shell.run("from scipy import ndimage as nd")
     shell.run("from numpy.linalg import inv\nimport collections\nT = np.eye(4)")
     shell.run("def own(T):\n    return flip(T)\n\ndef again(T):\n    return again(T)")
@@ -27,10 +27,16 @@ def shell() -> proofs.Shell:
         ("return transforms.invert(pixels)", "Task 1 asks you to write it yourself: transforms.invert is the answer; "),
         ("return flip(pixels)", "transforms.invert is the answer"),
         ("return own(pixels)", "transforms.invert is the answer"),
-        ("from course_lib.transforms import invert\n    return invert(pixels)", "transforms.invert is the answer"),
-        ("from course_lib import transforms as t\n    return t.invert(pixels)", "transforms.invert is the answer"),
         (
-            "import course_lib.transforms\n    return course_lib.transforms.invert(pixels)",
+            "from course_lib.geometry.transforms import invert\n    return invert(pixels)",
+            "transforms.invert is the answer",
+        ),
+        (
+            "from course_lib.geometry import transforms as t\n    return t.invert(pixels)",
+            "transforms.invert is the answer",
+        ),
+        (
+            "import course_lib.geometry.transforms\n    return course_lib.geometry.transforms.invert(pixels)",
             "transforms.invert is the answer",
         ),
         ("return np.linalg.inv(pixels)", "numpy.linalg.inv is the answer"),

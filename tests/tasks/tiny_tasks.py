@@ -39,7 +39,7 @@ TASK = Task(
     cases=cases,
     judge=lambda case, answer: judge_array(answer, case.truth, 1e-4, "m", what="x"),
     misconceptions=(NO_FOCAL, SHIFTED),
-    hides=("course_lib.transforms.invert", "numpy.linalg.inv"),
+    hides=("course_lib.geometry.transforms.invert", "numpy.linalg.inv"),
     where="lesson 90, section 1",
 )
 ANSWERS = {"settings": {"level": 3.0}}

@@ -1,0 +1,1 @@
+"""From reviewed sources to executed notebooks, and the proof that sources, notebooks and numbers agree."""

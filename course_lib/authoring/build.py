@@ -1,0 +1,305 @@
+"""`course build`: from reviewed sources to the executed notebooks that people open, and the proof that both agree."""
+
+from __future__ import annotations
+
+import copy
+import importlib
+import time
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from nbformat import NotebookNode
+
+from . import notebooks as nbs
+from .gates import findings
+from .generated import stale, write_generated
+from .kernels import CellFailed, execute
+from .outputs import keep_unchanged
+from .tree import CourseError, Source, Tree
+
+__all__ = [
+    "build",
+    "build_all",
+    "check_agreement",
+    "check_all",
+    "exercise_from",
+    "make_data",
+    "missing_data",
+    "orphans",
+    "prepare_data",
+]
+
+KEPT_PLANS = 3  # tasks 1–3 keep the solution's comments as a plan
+
+
+def missing_data(names: Iterable[str]) -> set[str]:
+    """Which of these datasets are real ones that nobody has fetched.
+
+    Raises
+    ------
+    CourseError
+        If a name is unknown; the nearest is suggested.
+    """
+    names = sorted(set(names))
+    if not names:
+        return set()
+    data = importlib.import_module("course_lib.notebook.data")
+    try:
+        return {name for name in names if not data.available(name)}
+    except data.Refusal as refusal:
+        raise CourseError(str(refusal)) from refusal
+
+
+def prepare_data(nb: NotebookNode) -> set[str]:
+    """Make the data that a notebook names before it runs, so that no first-use message is stored.
+
+    Returns
+    -------
+    The named datasets that are not there: real ones that nobody has fetched.
+
+    Raises
+    ------
+    CourseError
+        If a name is unknown, or the data cannot be written.
+    """
+    names = nbs.named_datasets(nb)
+    missing = missing_data(names)
+    if names:
+        make_data(names)
+    return missing
+
+
+def make_data(names: str | Iterable[str]) -> None:
+    """Make the synthetic ones of these datasets where they are not there yet.
+
+    Raises
+    ------
+    CourseError
+        If a name is unknown, or the data cannot be written.
+    """
+    data = importlib.import_module("course_lib.notebook.data")
+    try:
+        data.prepare(names)
+    except data.Refusal as refusal:
+        raise CourseError(str(refusal)) from refusal
+
+
+def exercise_from(solution: NotebookNode) -> NotebookNode:
+    """Make the learner's version of a lab: stubs for answers, and outputs only where the cell is tagged `expected`.
+
+    Cells keep the ids of the solution, so that an answer can be found again.
+    """
+    cells: list[NotebookNode] = []
+    ids: list[str] = []
+    task: nbs.TaskHeading | None = None
+    for cell in solution.cells:
+        cell = copy.deepcopy(cell)
+        name = cell.id
+        tags = nbs.cell_tags(cell)
+        if cell.cell_type == "markdown":
+            task = nbs.task_heading(cell.source) or task
+        if cell.cell_type == "code":
+            if "expected" not in tags:
+                cell.outputs = []
+            cell.execution_count = None
+            for output in cell.outputs:
+                output.pop("execution_count", None)
+                if output.output_type == "execute_result":
+                    output.execution_count = None
+            if "task" in tags:
+                if task is None:
+                    raise CourseError(f"the task cell {name} stands before any heading `## Task N — title (P points)`.")
+                stubs = importlib.import_module("course_lib.authoring.stubs")
+                cell.source = stubs.exercise_source(cell.source, task.number, task.title, task.number <= KEPT_PLANS)
+        cells.append(cell)
+        ids.append(name)
+    return nbs.notebook_of(cells, ids)
+
+
+def _old(path: Path) -> NotebookNode | None:
+    """The notebook that stands there now; None where there is none, or it is beyond reading."""
+    try:
+        return nbs.read_notebook(path)
+    except CourseError:
+        return None
+
+
+def _stored_for_missing(
+    nb: NotebookNode, old: NotebookNode | None, missing: set[str], source: Source
+) -> dict[str, list[NotebookNode]]:
+    """The stored outputs, by cell id, of the cells whose real data are not there; refuse where there are none."""
+    stored = {cell.id: cell for cell in old.cells if cell.cell_type == "code"} if old else {}
+    kept = {}
+    for cell in nb.cells:
+        names = set(nbs.real_datasets(cell.source)) & missing if cell.cell_type == "code" else set()
+        if not names:
+            continue
+        before = stored.get(cell.id)
+        if before is None or before.execution_count is None:
+            name = sorted(names)[0]
+            raise CourseError(
+                f"{source.name} needs {name}: run `python3 course.py data get {name}`, or set COURSE_DATA_MIRROR."
+            )
+        kept[cell.id] = before.outputs
+    return kept
+
+
+def _explain(failure: CellFailed, nb: NotebookNode, source: Source, tree: Tree) -> CourseError:
+    cell = nb.cells[failure.cell]
+    place = f"{tree.relative(source.path)}:{nbs.line_of_cell(source.path, cell) + failure.line - 1}"
+    lines = list(enumerate(cell.source.splitlines(), start=1))[max(failure.line - 4, 0) : failure.line + 2]
+    text = "\n".join(f"  {'>' if number == failure.line else ' '} {line}" for number, line in lines)
+    return CourseError(f"{place}: {failure}\n{text}\n  The notebook was left as it was.")
+
+
+def build(
+    source: Source,
+    tree: Tree,
+    say: Callable[[str], None] = lambda line: None,
+    prepare: Callable[[NotebookNode], set[str]] = prepare_data,
+) -> list[Path]:
+    """Execute a source and store what came out.
+
+    Parameters
+    ----------
+    say : prints a line.
+    prepare : makes the data that a notebook names, and returns the names of what is missing.
+
+    Returns
+    -------
+    The notebooks whose bytes changed.
+
+    Raises
+    ------
+    CourseError
+        If a cell fails or data are missing; the stored notebooks are then untouched.
+    """
+    nb = nbs.read_source(source.path)
+    missing = prepare(nb)
+    old = _old(source.notebook)
+    kept = _stored_for_missing(nb, old, missing, source)
+    try:
+        execute(nb, tree.root, strict=source.kind == "lab")
+    except CellFailed as failure:
+        raise _explain(failure, nb, source, tree) from failure
+    for cell in nb.cells:
+        if cell.id in kept:
+            cell.outputs = kept[cell.id]
+    if kept:
+        say(f"  {len(kept)} real-data cells kept as stored: {', '.join(sorted(missing))} not there")
+    if old is not None:
+        keep_unchanged(old, nb)
+    made = [(source.notebook, nb)]
+    if source.exercise is not None:
+        made.append((source.exercise, exercise_from(nb)))
+    return [path for path, notebook in made if nbs.write_notebook(path, notebook)]
+
+
+def _differences(stored: NotebookNode, wanted: NotebookNode) -> list[str]:
+    """What differs between a stored notebook and what its source gives, cell by cell, outputs left aside."""
+    if len(stored.cells) != len(wanted.cells):
+        known = {cell.get("id") for cell in stored.cells}
+        first = next((cell.id for cell in wanted.cells if cell.id not in known), "its last cells")
+        return [f"has {len(stored.cells)} cells where its source has {len(wanted.cells)} (first: {first})"]
+    found = []
+    for number, (a, b) in enumerate(zip(stored.cells, wanted.cells, strict=True)):
+        parts = [key for key in ("cell_type", "source", "id", "metadata") if a.get(key) != b.get(key)]
+        if parts:
+            found.append(f"cell {number} ({b.id}) differs in {', '.join(parts).replace('cell_type', 'type')}")
+    if stored.metadata != wanted.metadata:
+        found.append("differs in its notebook metadata")
+    return found
+
+
+def _never_run(stored: NotebookNode) -> list[str]:
+    counts = [cell.execution_count for cell in stored.cells if cell.cell_type == "code"]
+    return [] if counts == list(range(1, len(counts) + 1)) else ["was not executed from top to bottom"]
+
+
+def check_agreement(source: Source, tree: Tree) -> list[str]:
+    """Prove, without executing, that the stored notebooks of one source are what it gives.
+
+    Returns
+    -------
+    One line for each difference, with the command that mends it; empty where all agree.
+    """
+    wanted = nbs.read_source(source.path)
+    mend = f"mend: python3 course.py build {source.name}"
+    found: list[tuple[Path, str]] = []
+    stored: NotebookNode | None = None
+    try:
+        stored = nbs.read_notebook(source.notebook)
+        found += [(source.notebook, line) for line in _differences(stored, wanted) + _never_run(stored)]
+        found += _not_canonical(source.notebook, stored)
+    except CourseError as error:
+        found.append((source.notebook, str(error).rstrip(".")))
+    if source.exercise is not None and stored is not None:
+        try:
+            exercise = nbs.read_notebook(source.exercise)
+            given = exercise_from(stored if not found else wanted)
+            lines = _differences(exercise, given)
+            if not lines and not found and exercise != given:
+                lines = ["has outputs that are not those of its solution's `expected` cells"]
+            found += [(source.exercise, line) for line in lines]
+            found += _not_canonical(source.exercise, exercise)
+        except CourseError as error:
+            found.append((source.exercise, str(error).rstrip(".")))
+    return [f"{tree.relative(path)}: {line}; {mend}" for path, line in found]
+
+
+def _not_canonical(path: Path, nb: NotebookNode) -> list[tuple[Path, str]]:
+    same = path.read_bytes() == nbs.as_bytes(nb)
+    return [] if same else [(path, "is not stored as build stores it")]
+
+
+def orphans(tree: Tree) -> list[str]:
+    """Notebooks that no source gives."""
+    known = {path.resolve() for source in tree.sources() for path in source.notebooks}
+    folders = (tree.lessons_folder, tree.solutions_folder, tree.exercises_folder)
+    stored = [path for folder in folders for path in sorted(folder.glob("*.ipynb"))]
+    return [
+        f"{tree.relative(path)}: no source gives this notebook; mend: delete it, or write its source"
+        for path in stored
+        if path.resolve() not in known
+    ]
+
+
+def build_all(names: Iterable[str], kind: str | None, tree: Tree, say: Callable[[str], None]) -> int:
+    """Build what is named, one after the other, and print what the gates find; the others go on after a failure.
+
+    Returns
+    -------
+    The exit code: 1 if a cell failed or a gate found something.
+    """
+    failed = found = 0
+    for source in [source for source in tree.find(names) if kind in (None, source.kind)]:
+        started = time.perf_counter()
+        say(tree.relative(source.path))
+        try:
+            changed = build(source, tree, say)
+        except CourseError as error:
+            say(f"  {error}")
+            failed += 1
+            continue
+        what = ", ".join(tree.relative(path) for path in changed) or "nothing changed"
+        say(f"  {what} ({time.perf_counter() - started:.0f} s)")
+        for line in [line for path in source.notebooks for line in findings(path, tree)]:
+            say(f"  ! {line}")
+            found += 1
+    for path in write_generated(tree):
+        say(f"{tree.relative(path)}: its rows are new")
+    if failed or found:
+        say(f"{failed} sources failed, {found} findings")
+    return 1 if failed or found else 0
+
+
+def check_all(names: Iterable[str], kind: str | None, tree: Tree, say: Callable[[str], None]) -> int:
+    """Print every difference between sources and stored notebooks. Returns the exit code."""
+    names = list(names)
+    sources = [source for source in tree.find(names) if kind in (None, source.kind)]
+    findings = [line for source in sources for line in check_agreement(source, tree)]
+    findings += [] if names else orphans(tree) + stale(tree)
+    for line in findings:
+        say(line)
+    say(f"{len(sources)} sources, {len(findings)} differences")
+    return 1 if findings else 0

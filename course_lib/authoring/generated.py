@@ -1,0 +1,104 @@
+"""The parts of pages that follow from files: rows between two markers, `<!-- name -->` and `<!-- /name -->`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+from course_lib.notebook import _catalog
+from course_lib.notebook.lessons import lessons
+
+from .tree import CourseError, Tree
+
+__all__ = ["stale", "write_generated"]
+
+_WORD = re.compile(r"((?:<a id=\"[^\"]+\"></a>)+)\*\*([^*]+)\*\* — .+")
+
+
+def _lessons(tree: Tree) -> str:
+    """README's course map."""
+    rows = ["| Lesson | What you can do after it | Lesson, minutes | Lab, minutes |", "|---|---|---|---|"]
+    there = {source.name for source in tree.lessons()}
+    for one in lessons(tree.lessons_folder / "source"):
+        title = f"{one.number} {one.title}"
+        if one.name in there:
+            rows.append(f"| [{title}](notebooks/{one.name}.ipynb) | {one.does} | {one.minutes} | {one.lab_minutes} |")
+        else:
+            rows.append(f"| {title} | *to come* | | |")
+    return "\n".join(rows)
+
+
+def _words(tree: Tree) -> str:
+    """The glossary, from docs/glossary/NN_name.md; each word with the lesson that defines it."""
+    there = {source.name for source in tree.lessons()}
+    found: list[tuple[str, str]] = []
+    for path in sorted((tree.docs_folder / "glossary").glob("[0-9][0-9]_*.md")):
+        number = path.stem[:2]
+        lesson = f"[{number}](../notebooks/{path.stem}.ipynb)" if path.stem in there else number
+        for entry in path.read_text(encoding="utf-8").strip().split("\n\n"):
+            match = _WORD.fullmatch(entry)
+            if match is None:
+                form = '<a id="word"></a>**Word** — meaning'
+                raise CourseError(f"{tree.relative(path)}: an entry reads {form}, and not {entry!r:.60}.")
+            found.append((match[2].lower(), f"{entry} *(lesson {lesson})*"))
+    return "\n\n".join(entry for _, entry in sorted(found))
+
+
+def _notes(tree: Tree) -> str:
+    """The instructor's notes, lesson by lesson."""
+    paths = sorted((tree.solutions_folder / "notes").glob("[0-9][0-9]_*.md"))
+    titles = [path.read_text(encoding="utf-8").partition("\n")[0].removeprefix("# ") for path in paths]
+    return "\n".join(f"- [{title}](notes/{path.name})" for title, path in zip(titles, paths, strict=True))
+
+
+def _datasets(tree: Tree) -> str:
+    """The table of datasets."""
+    rows = ["| name | kind | what it is |", "|---|---|---|"]
+    rows += [f"| [{e.name}]({e.name}.md) | {e.kind} | {e.title} |" for e in _catalog.catalogue().values()]
+    return "\n".join(rows)
+
+
+PAGES: dict[str, tuple[str, Callable[[Tree], str]]] = {
+    "README.md": ("lessons", _lessons),
+    "docs/glossary.md": ("words", _words),
+    "solutions/README.md": ("notes", _notes),
+    "datasets/README.md": ("datasets", _datasets),
+}
+
+
+def _pages(tree: Tree) -> list[tuple[Path, str, str]]:
+    """Each page that has markers, as it stands and as it should stand."""
+    found = []
+    for name, (marker, rows) in PAGES.items():
+        path = tree.root / name
+        if not path.is_file():
+            continue
+        text = path.read_text(encoding="utf-8")
+        if f"<!-- {marker} -->" not in text and f"<!-- /{marker} -->" not in text:
+            continue
+        parts = re.split(rf"(?<=<!-- {marker} -->\n).*?(?=<!-- /{marker} -->)", text, flags=re.S)
+        if len(parts) != 2:
+            raise CourseError(f"{name}: it needs the lines <!-- {marker} --> and <!-- /{marker} -->, once each.")
+        found.append((path, text, f"{parts[0]}{rows(tree)}\n{parts[1]}"))
+    return found
+
+
+def write_generated(tree: Tree) -> list[Path]:
+    """Write what follows from files into its pages, and return those that changed.
+
+    Raises
+    ------
+    CourseError
+        If a page has lost one of its markers, or a file has not the form that is wanted.
+    """
+    changed = [(path, new) for path, old, new in _pages(tree) if old != new]
+    for path, new in changed:
+        path.write_text(new, encoding="utf-8", newline="\n")
+    return [path for path, _ in changed]
+
+
+def stale(tree: Tree) -> list[str]:
+    """One line for each page that is not what its files give."""
+    old = [path for path, stands, wanted in _pages(tree) if stands != wanted]
+    return [f"{tree.relative(path)}: its rows are old; mend: python3 course.py build" for path in old]

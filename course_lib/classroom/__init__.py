@@ -1,1 +1,0 @@
-"""The machinery of the course: building, proving and measuring its notebooks, and the command line."""

@@ -1,0 +1,1 @@
+"""Rigid motion: transforms of points between frames (`T_to_from`); rotations as vectors, matrices and quaternions."""

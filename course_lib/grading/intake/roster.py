@@ -1,0 +1,129 @@
+"""Who is in the class, and what a download says of a person.
+
+A roster is a CSV file with a heading; id is what the LMS calls a person in its downloads::
+
+    id,name,group
+    12345,"Doe, Jane",Monday
+    12346,José Pérez,Tuesday
+
+More columns are allowed and kept out. Names need not be unique, ids must be.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import itertools
+import re
+import unicodedata
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from course_lib.authoring.tree import CourseError
+
+__all__ = ["Person", "Roster", "read_roster", "rows_of"]
+
+
+@dataclass(frozen=True)
+class Person:
+    """One student."""
+
+    id: str
+    name: str
+    group: str = ""
+
+
+@dataclass(frozen=True)
+class Roster:
+    """The class."""
+
+    people: tuple[Person, ...]
+
+    def match(self, ids: tuple[str, ...], names: tuple[str, ...]) -> str:
+        """The id of the one person whom any of the ids, or else of the names, means; "" if nobody or several."""
+        found = {person.id for person in self.people if person.id in ids}
+        if not found:
+            wanted = {_letters(name) for name in names} - {""}
+            found = {person.id for person in self.people if _spellings(person.name) & wanted}
+        return found.pop() if len(found) == 1 else ""
+
+    def person(self, student: str) -> Person | None:
+        """The person of an id."""
+        return next((person for person in self.people if person.id == student), None)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain data, for the ledger."""
+        return {"people": [[person.id, person.name, person.group] for person in self.people]}
+
+    @staticmethod
+    def from_dict(values: dict[str, Any]) -> Roster:
+        """The roster of plain data."""
+        return Roster(tuple(Person(*row) for row in values["people"]))
+
+
+def _letters(name: str) -> str:
+    """A name without case, accents and punctuation: "Doe, José" is "doejose"."""
+    plain = unicodedata.normalize("NFKD", name).casefold()
+    return "".join(letter for letter in plain if letter.isalnum())
+
+
+def _spellings(name: str) -> set[str]:
+    """A person's name in every order of its words, as downloads write it."""
+    words = [letters for word in re.split(r"[\s,;_]+", name) if (letters := _letters(word))]
+    orders = itertools.permutations(words) if len(words) <= 4 else [words, words[-1:] + words[:-1]]
+    return {"".join(order) for order in orders}
+
+
+def rows_of(path: Path, needed: tuple[str, ...]) -> list[tuple[int, dict[str, str]]]:
+    """The rows of a CSV file with a heading, each with its line.
+
+    Raises
+    ------
+    CourseError
+        If it cannot be read, is not UTF-8, or lacks a column.
+    """
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise CourseError(f"{path.name} is not UTF-8: save it as CSV UTF-8.") from None
+    except OSError as error:
+        raise CourseError(f"{path.name} cannot be read: {error.strerror}.") from error
+    first = text.split("\n", 1)[0]
+    reader = csv.DictReader(io.StringIO(text), delimiter=";" if first.count(";") > first.count(",") else ",")
+    names = [(name or "").strip().lower() for name in reader.fieldnames or ()]
+    lacking = [name for name in needed if name not in names]
+    if lacking:
+        raise CourseError(f"{path.name}, line 1: there is no column {lacking[0]!r}; it needs {', '.join(needed)}.")
+    reader.fieldnames = names
+    rows = []
+    for row in reader:
+        values = {
+            key: (value or "").strip()
+            for key, value in row.items()
+            if isinstance(key, str) and not isinstance(value, list)
+        }
+        if any(values.values()):
+            rows.append((reader.line_num, values))
+    return rows
+
+
+def read_roster(path: Path) -> Roster:
+    """Read a roster; see this module for its form.
+
+    Raises
+    ------
+    CourseError
+        Naming file and line, if an id is missing or stands twice.
+    """
+    people: dict[str, Person] = {}
+    for line, row in rows_of(path, ("id", "name")):
+        student = re.sub(r"^participant\s+", "", row["id"], flags=re.I)
+        if not student:
+            raise CourseError(f"{path.name}, line {line}: the id is missing.")
+        if student in people:
+            raise CourseError(f"{path.name}, line {line}: the id {student!r} stands there twice.")
+        people[student] = Person(student, row["name"] or student, row.get("group", ""))
+    if not people:
+        raise CourseError(f"{path.name} names nobody.")
+    return Roster(tuple(people.values()))

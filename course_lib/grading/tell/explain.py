@@ -1,0 +1,71 @@
+"""How a grade came to be: every step from the bytes handed in to the points, as text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from course_lib import tasks
+from course_lib.grading.ledger.attempts import Standing
+from course_lib.grading.ledger.ledger import Ledger
+from course_lib.grading.safe_text import clean
+
+__all__ = ["explain", "waiting"]
+
+
+def explain(ledger: Ledger, one: Standing, task: tasks.Task) -> Iterator[str]:
+    """The lines that explain one task of one student."""
+    yield f"{clean(one.name)} ({clean(one.student)}), lab {one.lab}, {task.label}"
+    yield ""
+    attempts = [entry for entry in ledger.entries(one.lab) if entry.student == one.student]
+    yield f"Handed in: {len(attempts)} of {len(attempts)} kept as they came."
+    for entry in attempts:
+        mark = "->" if one.entry is not None and entry.id == one.entry.id else "  "
+        late = ", marked late" if entry.late else ""
+        yield f" {mark} attempt {entry.attempt}: {clean(entry.path)}, received {entry.received or 'unknown'}{late}"
+        yield f"      sha256 {entry.sha256 or 'none'}" + (f"; {clean(entry.trouble)}" if entry.trouble else "")
+    policy = (ledger.settings("policy") or {}).get("counts", "last")
+    yield f"The attempt that counts (->) is the {policy} one."
+    if one.record is None:
+        yield "Nothing of it has been graded."
+        return
+    record = one.record
+    yield ""
+    yield f"Graded with lab version {record['lab_version']}, seed {record['seed']}, grader {record['grader']},"
+    yield f"  {record['environment']}, held by {record['isolation'] or 'nothing: it was not run'}."
+    for notice in record["notices"]:
+        if notice["task"] in ("", task.id):
+            yield f"  seen: {clean(notice['text'])} [{notice['code']}]"
+    mine = next((item for item in one.tasks if item.id == task.id), None)
+    if mine is None or mine.record is None:
+        yield f"No points: {clean(record['reason']) or 'the task is not in the record.'}"
+        return
+    yield ""
+    yield "What was run:"
+    yield from (f"  | {clean(line)}" for line in mine.record["source"].split("\n"))
+    yield ""
+    yield f"The judge: {mine.record['status']}. {clean(mine.record['error'], 2000)}"
+    if mine.record["told"]:
+        yield f"  In the case with {clean(mine.record['told'], 2000)}."
+    if mine.record["looks_like"]:
+        yield f"  {clean(mine.record['looks_like'], 2000)} [{', '.join(mine.record['misconceptions'])}]"
+    yield f"Points by the grader: {mine.auto:g} of {mine.max:g} (task version {mine.record['version']})."
+    for decision in ledger.decisions(one.student, one.lab):
+        if decision.task in (task.id, "all"):
+            points = "" if decision.points is None else f" {decision.points:g} points"
+            yield f"  {decision.added}: {decision.kind}{points} by {clean(decision.who)}: {clean(decision.reason)}"
+    yield f"Points that count: {mine.points:g} of {mine.max:g}."
+    yield ""
+    yield f"The lab: {one.raw:g} in sum. {one.late_reason or 'Not late.'} Total: {one.points:g} of {one.max:g}."
+    if one.status != "graded":
+        yield f"It stands as: {one.status}."
+
+
+def waiting(everybody: list[Standing]) -> Iterator[str]:
+    """What waits for a person."""
+    for one in everybody:
+        if one.status in ("waiting", "unreadable", "infrastructure"):
+            reason = one.record["reason"] if one.record is not None else ""
+            path = clean(one.entry.path) if one.entry is not None else ""
+            yield f"{one.status}: {clean(one.name)}, lab {one.lab}, {path} {clean(reason)}".rstrip()
+        elif one.to_mark:
+            yield f"to mark: {clean(one.name)}, lab {one.lab}, {one.to_mark} by hand"

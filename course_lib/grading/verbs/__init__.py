@@ -1,0 +1,1 @@
+"""The commands of the grader, from release to export."""

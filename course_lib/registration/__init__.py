@@ -1,0 +1,1 @@
+"""Registration: the rigid motion that lays one cloud onto another, its correspondences, weights against outliers."""

@@ -1,0 +1,1 @@
+"""Surfaces: triangle meshes, and how far points lie from a true surface."""

@@ -1,0 +1,1 @@
+"""Lab 00: one line, to rehearse handing in."""

@@ -1,0 +1,68 @@
+"""Lab 00: one line, to rehearse handing in."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from course_lib.tasks.core import Case, Misconception, Task, Verdict
+from course_lib.tasks.judges import judge_array, judge_number
+from course_lib.tasks.plain import Plain
+
+_TOLERANCE = 1e-5  # metres; a raw step is 1 mm
+
+
+def _cases(rng: np.random.Generator) -> list[Case]:
+    """One value, then a small image with holes: raw depth of a RealSense, uint16, 1000 units a metre, 0 = no data."""
+    value = int(rng.integers(601, 999))
+    image = rng.integers(400, 6000, (4, 6)).astype(np.uint16)
+    image[rng.random(image.shape) < 0.2] = 0
+    image[0, :3] = 0, 1501, 6000
+    return [
+        Case({"depth_mm": value}, {"truth": value / 1000}, "one pixel, nearer than a metre"),
+        Case({"depth_mm": image}, {"truth": image / 1000}, "a small depth image with holes"),
+    ]
+
+
+def _judge(case: Case, answer: Plain) -> Verdict:
+    if isinstance(case.truth, float):
+        return judge_number(answer, case.truth, _TOLERANCE, "m", "the depth")
+    return judge_array(answer, case.truth, _TOLERANCE, "m", what="the depth")
+
+
+TASKS = (
+    Task(
+        id="00-1",
+        title="millimetres to metres",
+        points=1,
+        version=1,
+        kind="fill",
+        signature="def metres(depth_mm)",
+        cases=_cases,
+        judge=_judge,
+        misconceptions=(
+            Misconception(
+                "left in millimetres",
+                "raw millimetres handed on as metres, which makes a desk a mountain: divide by 1000",
+                "def metres(depth_mm):\n    return depth_mm\n",
+            ),
+            Misconception(
+                "multiplied",
+                "a multiplication where a division belongs: one millimetre is a thousandth of a metre",
+                "def metres(depth_mm):\n    return depth_mm * 1000.0\n",
+                variants=("def metres(depth_mm):\n    return depth_mm * 1000\n",),  # uint16 overflows, silently
+            ),
+            Misconception(
+                "whole metres",
+                "a division that drops what is behind the point: // keeps whole metres only, / keeps the millimetres",
+                "def metres(depth_mm):\n    return depth_mm // 1000\n",
+            ),
+            Misconception(
+                "another camera's scale",
+                "the depth scale of the TUM images, 5000 units a metre: a RealSense stores 1000 units a metre",
+                "def metres(depth_mm):\n    return depth_mm / 5000\n",
+            ),
+        ),
+        hides=("course_lib.camera.rgbd.decode_depth",),
+        where="lesson 00, this lab: the two hints under task 1",
+    ),
+)

@@ -1,0 +1,1 @@
+"""Lab 01: depth images, their encodings, resizing, and flying pixels."""

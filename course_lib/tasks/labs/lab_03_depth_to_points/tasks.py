@@ -1,0 +1,291 @@
+"""Lab 03: focal lengths, deprojection, and what goes wrong on the way from a depth image to points.
+
+Images are indexed [row v, column u], pixel centres lie at whole numbers, depth is z; the camera looks along +z with x
+to the right and y down. Truth is computed pixel by pixel in float64 (`_lift`); the lab asks for the same in one go.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from course_lib.tasks.core import Case, Task, Verdict
+from course_lib.tasks.judges import (
+    judge_array,
+    judge_band,
+    judge_choice,
+    judge_number,
+    judge_words,
+    refuse,
+    worst_of,
+)
+from course_lib.tasks.labs.lab_03_depth_to_points.mistakes import (
+    CAUSE_OF,
+    CAUSES,
+    DEPROJECT_MISTAKES,
+    ESTIMATE_MISTAKES,
+    FOCAL_MISTAKES,
+    MEND_MISTAKES,
+    WHICH_MISTAKES,
+)
+from course_lib.tasks.plain import Plain, describe
+
+# --------------------------------------------------------------------------------------------------- 1 focal length
+
+_FOCAL_TOLERANCE = 0.05  # pixels
+
+
+def _focal_cases(rng: np.random.Generator) -> list[Case]:
+    """Head-checkable 90 degrees, which hides two mistakes, and angles that do not."""
+    angles = [
+        (90.0, 640, "90 degrees, the one to do in your head"),
+        (45.0, 640, "half of that angle"),
+        (60.0, 480, "60 degrees from top to bottom"),
+        (float(rng.uniform(95, 125)), 1280, "a wide lens"),
+        (float(rng.uniform(20, 40)), int(rng.integers(300, 900)), "a narrow lens"),
+    ]
+    return [
+        Case({"fov_degrees": fov, "pixels": size}, {"truth": size / 2 / float(np.tan(np.deg2rad(fov) / 2))}, name)
+        for fov, size, name in angles
+    ]
+
+
+# ---------------------------------------------------------------------------------------------------- 2 deprojection
+
+_POINT_TOLERANCE = 2e-4  # metres
+
+
+def _lift(depth: np.ndarray, fx: float, fy: float, cx: float, cy: float) -> np.ndarray:
+    """(H, W, 3) float64 points of a depth image in metres; NaN where it is 0."""
+    height, width = depth.shape
+    points = np.full((height, width, 3), np.nan)
+    for u in range(width):
+        for v in np.flatnonzero(depth[:, u] > 0):
+            z = float(depth[v, u])
+            points[v, u] = (u - cx) / fx * z, (v - cy) / fy * z, z
+    return points
+
+
+def _surface(rng: np.random.Generator, height: int, width: int, near: float, far: float) -> np.ndarray:
+    """(H, W) float64 depth in metres of a slanted wall with a nearer box in front of it; no holes."""
+    v, u = np.indices((height, width))
+    slant = (u / width) * rng.uniform(0.3, 0.6) + (v / height) * rng.uniform(0.2, 0.3)
+    depth = near + (far - near) * (0.3 + 0.7 * slant / slant.max())
+    top, left = height // 4 + int(rng.integers(3)), width // 4 + int(rng.integers(3))
+    depth[top : top + height // 3, left : left + width // 3] = near
+    return depth
+
+
+def _with_holes(rng: np.random.Generator, depth: np.ndarray, share: float) -> np.ndarray:
+    """The same image with `share` of its pixels set to 0, the first one among them."""
+    holes = rng.random(depth.shape) < share
+    holes.flat[0] = True
+    return np.where(holes, 0, depth)
+
+
+def _deproject_case(depth: np.ndarray, camera: tuple[float, float, float, float], name: str) -> Case:
+    fx, fy, cx, cy = camera
+    given = {"depth": depth.astype(np.float32), "fx": fx, "fy": fy, "cx": cx, "cy": cy}
+    return Case(given, {"truth": _lift(given["depth"], *camera)}, name)
+
+
+def _deproject_cases(rng: np.random.Generator) -> list[Case]:
+    wide = tuple(rng.uniform((28, 38, 16, 12), (34, 44, 18, 13.5)).tolist())
+    tall = tuple(rng.uniform((55, 48, 9, 20), (60, 52, 10, 22)).tolist())
+    wall = np.full((3, 5), 2.0)
+    return [
+        _deproject_case(wall, (4.0, 4.0, 2.0, 1.0), "a flat wall, to do in your head"),
+        _deproject_case(_surface(rng, 30, 40, 0.8, 3.5), wide, "a wide image without holes"),
+        _deproject_case(_with_holes(rng, _surface(rng, 36, 24, 0.6, 5.0), 0.2), tall, "a tall image with holes"),
+    ]
+
+
+# ------------------------------------------------------------------------------------------------------------ 3 mend
+
+
+def _raw_case(
+    rng: np.random.Generator, shape: tuple[int, int], near: float, far: float, units: float, name: str
+) -> Case:
+    """A stored depth image, its colours and its camera, in the form of a real recording."""
+    height, width = shape
+    raw = np.rint(_with_holes(rng, _surface(rng, height, width, near, far), 0.15) * units).astype(np.uint16)
+    color = rng.integers(0, 256, (height, width, 3)).astype(np.uint8)
+    f = rng.uniform(0.8, 1.0) * width
+    cx, cy = (width - 1) / 2 + rng.uniform(-1, 1), (height - 1) / 2 + rng.uniform(-1, 1)
+    K = np.array([[f, 0, cx], [0, 1.1 * f, cy], [0, 0, 1]])
+    points = _lift(raw / units, f, 1.1 * f, cx, cy)
+    keep = raw > 0
+    given = {"raw": raw, "color": color, "units_per_metre": float(units), "camera_matrix": K}
+    return Case(given, {"truth": {"points": points[keep], "colors": color[keep]}}, name)
+
+
+def _raw_cases(rng: np.random.Generator) -> list[Case]:
+    return [
+        _raw_case(rng, (24, 32), 0.7, 2.6, 5000.0, "5000 units a metre, a desk"),
+        _raw_case(rng, (24, 32), 1.2, 6.5, 1000.0, "1000 units a metre, a corridor"),
+        _raw_case(rng, (30, 20), 0.9, 5.5, 10000.0, "10,000 units a metre, a tall image"),
+        _raw_case(rng, (18, 24), 2.0, 8.5, 5000.0, "5000 units a metre, a hall"),
+    ]
+
+
+def _judge_cloud(case: Case, answer: Plain) -> Verdict:
+    form = 'a dict with the keys "points" and "colors"'
+    if not isinstance(answer, dict) or set(answer) != {"points", "colors"}:
+        got = f"a dict with {sorted(map(str, answer))}"[:120] if isinstance(answer, dict) else describe(answer)
+        missing = ": is the return missing?" if answer is None else "."
+        return refuse(f"Expected {form}, got {got}{missing}", _POINT_TOLERANCE, "m")
+    points, truth = answer["points"], case.truth["points"]
+    if isinstance(points, np.ndarray) and points.ndim == 2 and points.shape[1] == 3 and len(points) != len(truth):
+        wrong = len(points) - len(truth)
+        what = (
+            f"{wrong:,} points too many: they come from pixels without data."
+            if wrong > 0
+            else (f"{-wrong:,} measured points are missing.")
+        )
+        return refuse(f"{len(points):,} points for {len(truth):,} measured pixels: {what}", _POINT_TOLERANCE, "m")
+    verdict = worst_of(
+        judge_array(points, truth, _POINT_TOLERANCE, "m", axes="xyz", what="the points"),
+        judge_array(answer["colors"], case.truth["colors"], 0.2, "of 255", what="the colours", kind="int"),
+    )
+    return replace(verdict, score=float(verdict.passed))
+
+
+# ------------------------------------------------------------------------------------------------------------ 5 open
+
+_FOCAL_BANDS = ((0.005, 1.0), (0.008, 0.75), (0.012, 0.5), (0.040, 0.25))  # metres, 1 m beside the axis
+
+
+def _rods(rng: np.random.Generator, count: int = 40) -> Case:
+    """Things of known length, each seen by its two end pixels and their measured depths.
+
+    Pixels have half a pixel of noise, depths 3 mm at 1 m (growing with the square of the depth); for three things in
+    ten, the depth of one end is that of the background.
+    """
+    f = float(rng.uniform(350, 900))
+    cx, cy = 319.5 + float(rng.uniform(-8, 8)), 239.5 + float(rng.uniform(-8, 8))
+    ends = np.empty((0, 2, 2))
+    while len(ends) < count:
+        more = rng.uniform((20, 20), (620, 460), (4 * count, 2, 2))
+        ends = np.concatenate([ends, more[np.linalg.norm(more[:, 0] - more[:, 1], axis=1) > 180]])[:count]
+    tilt = rng.uniform(0.08, 0.25, count) * rng.choice([-1.0, 1.0], count)
+    z = rng.uniform(0.7, 2.5, count)[:, None] * (1 + tilt[:, None] * np.array([-1.0, 1.0]))
+    points = np.concatenate([(ends - (cx, cy)) / f, np.ones((count, 2, 1))], axis=2) * z[..., None]
+    lengths = np.linalg.norm(points[:, 0] - points[:, 1], axis=1)
+    measured = z + 0.003 * z**2 * rng.standard_normal(z.shape)
+    missed = rng.permutation(count)[: round(0.3 * count)]
+    measured[missed, rng.integers(2, size=len(missed))] += rng.uniform(0.3, 1.5, len(missed))
+    pixels = ends + 0.5 * rng.standard_normal(ends.shape)
+    given = {"pixels": pixels, "depths": measured, "lengths": lengths, "cx": cx, "cy": cy}
+    return Case(given, {"truth": f}, f"{count} things of known length")
+
+
+def _judge_focal(case: Case, answer: Plain) -> Verdict:
+    what = "the error 1 m beside the axis"
+    number = judge_number(answer, case.truth, 1.0, "px", "the focal length")
+    if not np.isfinite(number.error):
+        return number
+    value = float(np.asarray(answer).reshape(()))
+    if value <= 0:
+        message = f"The focal length is {describe(value)}: expected a positive number of pixels."
+        return refuse(message, _FOCAL_BANDS[0][0], "m")
+    off = abs(case.truth / value - 1.0)
+    return judge_band(off, _FOCAL_BANDS, "m", what=what)
+
+
+def _guess_focal(rng: np.random.Generator):
+    """A function that says the same random focal length to everything."""
+    said = float(rng.uniform(300, 1000))
+    return lambda pixels, depths, lengths, cx, cy: said
+
+
+# -------------------------------------------------------------------------------------------------------------- all
+
+TASKS = (
+    Task(
+        id="03-1",
+        title="focal length from the field of view",
+        points=1,
+        version=1,
+        kind="fill",
+        signature="def focal_length(fov_degrees, pixels)",
+        cases=_focal_cases,
+        judge=lambda case, answer: judge_number(answer, case.truth, _FOCAL_TOLERANCE, "px", "the focal length"),
+        misconceptions=FOCAL_MISTAKES,
+        hides=("course_lib.camera.pinhole.focal_length",),
+        where="lesson 03, section 2 (the focal length comes from the field of view)",
+    ),
+    Task(
+        id="03-2",
+        title="deproject a depth image",
+        points=3,
+        version=1,
+        kind="write",
+        signature="def deproject(depth, fx, fy, cx, cy)",
+        cases=_deproject_cases,
+        judge=lambda case, answer: judge_array(answer, case.truth, _POINT_TOLERANCE, "m", axes="xyz", what="the image"),
+        misconceptions=DEPROJECT_MISTAKES,
+        hides=("course_lib.camera.pinhole.deproject",),
+        where="lesson 03, section 3 (from a pixel back to a point)",
+    ),
+    Task(
+        id="03-3",
+        title="mend a cloud from a stored frame",
+        points=3,
+        version=1,
+        kind="mend",
+        signature="def cloud_from_raw(raw, color, units_per_metre, camera_matrix)",
+        cases=_raw_cases,
+        judge=_judge_cloud,
+        misconceptions=MEND_MISTAKES,
+        hides=(
+            "course_lib.camera.pinhole.deproject",
+            "course_lib.cloud.pointcloud.from_frame",
+            "course_lib.camera.rgbd.decode_depth",
+        ),
+        where="lesson 03, section 4 (what goes wrong, in millimetres)",
+    ),
+    Task(
+        id="03-4",
+        title="which mistake made this",
+        points=2,
+        version=1,
+        kind="which",
+        signature="def causes()",
+        cases=lambda rng: [Case({}, {"truth": dict(CAUSE_OF)}, "the six clouds above")],
+        judge=lambda case, answer: judge_choice(answer, case.truth, CAUSES, "the cause"),
+        misconceptions=WHICH_MISTAKES,
+        where="lesson 03, section 4 (what goes wrong, in millimetres)",
+    ),
+    Task(
+        id="03-5",
+        title="find the focal length yourself",
+        points=4,
+        version=1,
+        kind="open",
+        signature="def estimate_focal(pixels, depths, lengths, cx, cy)",
+        cases=lambda rng: [_rods(rng)],
+        judge=_judge_focal,
+        misconceptions=ESTIMATE_MISTAKES,
+        guess=_guess_focal,
+        where="lesson 03, Break it, for the idea, then this task's hints, for what slants in depth",
+    ),
+    Task(
+        id="03-6",
+        title="explain the front view",
+        points=2,
+        version=1,
+        kind="explain",
+        signature="def explain()",
+        cases=lambda rng: [Case({}, {}, "your words")],
+        judge=lambda case, answer: judge_words(answer, 60),
+        rubric=(
+            "0: says that the picture, the depth or the camera must be faulty, or repeats that f is wrong.",
+            "1: says that a wrong focal length only stretches x and y, or that the front view shows directions only; "
+            "or names a measurement that exposes it.",
+            "2: both: x and y are stretched alike while z is right, so from the camera's place the picture is only "
+            "magnified; and one known length (or a right angle that is not parallel to the image) exposes it.",
+        ),
+        where="lesson 03, Break it (the front view hides it)",
+    ),
+)

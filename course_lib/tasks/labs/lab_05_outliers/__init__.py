@@ -1,0 +1,1 @@
+"""Lab 05: statistical and radius removal, clusters, and a desk to clean."""

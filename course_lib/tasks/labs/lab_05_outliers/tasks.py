@@ -1,0 +1,332 @@
+"""Lab 05: a threshold, distances, radius removal, what wrong settings leave behind, and a desk to clean.
+
+Distances are metres. A point never counts among its own neighbours, and a mask `keep` is True where a point stays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from course_lib.cloud import clusters, outliers
+from course_lib.tasks.core import Case, Misconception, Task, Verdict
+from course_lib.tasks.judges import judge_array, judge_band, judge_choice, judge_labels, judge_number, judge_words
+from course_lib.tasks.labs.lab_05_outliers.mistakes import (
+    CAUSE_OF,
+    CAUSES,
+    CLEAN_MISTAKES,
+    CUT_MISTAKES,
+    DISTANCE_MISTAKES,
+    MEND_MISTAKES,
+    WHICH_MISTAKES,
+)
+from course_lib.tasks.labs.lab_05_outliers.small_desk import FLYING, THIN, small_desk
+from course_lib.tasks.plain import Plain
+
+
+def _judge_mask(case: Case, answer: Plain) -> Verdict:
+    """A mask against the true one; the error is how many points are wrong, and none may be."""
+    verdict = judge_labels(answer, case.truth, what="the mask")
+    if not np.isfinite(verdict.error):
+        return verdict
+    wrong = int(np.sum(np.asarray(answer) != case.truth))
+    return replace(verdict, error=float(wrong), tolerance=0.1, unit="points")
+
+
+# ------------------------------------------------------------------------------------------------------ 1 threshold
+
+
+_CUT_TOLERANCE = 1e-5  # metres; bins are wider by far
+
+
+def _where_to_cut(mean: np.ndarray, wrong: np.ndarray, edges: np.ndarray) -> float:
+    for low, high in zip(edges[:-1], edges[1:], strict=True):
+        inside = (low <= mean) & (mean < high)
+        if np.sum(inside & wrong) > np.sum(inside & ~wrong):
+            return float(low)
+    raise ValueError("no bin holds more wrong points than true ones")
+
+
+def _answers(misconceptions: tuple[Misconception, ...], function: str, given: tuple) -> list[np.ndarray]:
+    """What each wrong answer says."""
+    out = []
+    for misconception in misconceptions:
+        space: dict = {"np": np}
+        exec(misconception.source, space)
+        out.append(np.asarray(space[function](*given)))
+    return out
+
+
+def _telling(
+    draw: Callable[[], Case],
+    mistakes: tuple[Misconception, ...],
+    function: str,
+    count: int,
+    first: tuple[Case, ...] = (),
+) -> list[Case]:
+    """Cases that tell the truth and all wrong answers apart, each from each: drawn again until they do."""
+    for _ in range(500):
+        cases = [*first, *(draw() for _ in range(count))]
+        answers = [
+            [case.truth, *_answers(mistakes, function, tuple(np.copy(v) if isinstance(v, np.ndarray) else v
+                                                             for v in case.given.values()))]
+            for case in cases
+        ]  # fmt: skip
+        different = all(
+            any(not np.array_equal(said[i], said[j]) for said in answers)
+            for i in range(len(mistakes) + 1)
+            for j in range(i)
+        )
+        if different:
+            return cases
+    raise ValueError(f"{function}: no drawing tells all wrong answers apart.")
+
+
+def _cut_case(mean: np.ndarray, wrong: np.ndarray, edges: np.ndarray, name: str) -> Case:
+    given = {"mean": mean, "wrong": wrong, "edges": edges}
+    return Case(given, {"truth": _where_to_cut(mean, wrong, edges)}, name)
+
+
+def _cut_cases(rng: np.random.Generator) -> list[Case]:
+    mean = np.array([1, 1, 3, 3, 3, 5]) / 1000
+    head = _cut_case(mean, np.arange(6) > 2, np.array([0, 2, 4, 6]) / 1000, "six points in three bins")
+
+    def draw() -> Case:
+        edges = np.geomspace(0.002, 0.2, int(rng.integers(25, 35)))
+        true = 0.006 * np.exp(rng.normal(0, 0.35, 1500))
+        bad = 0.03 * np.exp(rng.normal(0, 0.5, int(rng.integers(90, 140))))
+        # true points that lie alone, farther out than all wrong ones
+        alone = rng.uniform(edges[-2], edges[-1], 4)
+        hidden = rng.choice(true, 4)
+        mean = np.concatenate([true, alone, bad, hidden])
+        mean = np.clip(mean, edges[0] * 1.001, edges[-1] * 0.999)
+        wrong = np.arange(len(mean)) >= len(true) + len(alone)
+        order = rng.permutation(len(mean))
+        return _cut_case(mean[order], wrong[order], edges, f"{len(mean):,} mean distances")
+
+    return _telling(draw, CUT_MISTAKES, "where_to_cut", 3, (head,))
+
+
+# ------------------------------------------------------------------------------------------------------ 2 distances
+
+_DISTANCE_TOLERANCE = 1e-4  # metres
+
+
+def _mean_distances(points: np.ndarray, k: int) -> np.ndarray:
+    out = np.empty(len(points))
+    for i, point in enumerate(points):
+        others = np.delete(points, i, axis=0)
+        out[i] = np.sort(np.sqrt(np.sum((others - point) ** 2, axis=1)))[:k].mean()
+    return out
+
+
+def _distance_cases(rng: np.random.Generator, load: Callable[[str], Any]) -> list[Case]:
+    five = np.array([[0, 0, 0], [1, 0, 0], [3, 0, 0], [9, 0, 0], [10, 0, 0.0]])
+    cloud = rng.uniform(0, [1, 1, 0.2], (60, 3))
+    twins = rng.uniform(0, 0.5, (40, 3))
+    twins[20:30] = twins[:10]  # ten points that were measured twice
+    far = rng.normal(0, 0.1, (50, 3)) + [4.0, -2.0, 7.0]
+    bunny = load("stanford_bunny").clouds["bun_zipper_res4"].points.astype(float)
+    return [
+        Case({"points": points, "k": k}, {"truth": _mean_distances(points, k)}, name)
+        for points, k, name in (
+            (five, 2, "the five points of the lesson"),
+            (cloud, 6, "60 points in a flat box"),
+            (twins, 4, "40 points, ten of them twice"),
+            (rng.permutation(bunny)[:400], 8, "400 points of the Stanford bunny"),
+            (far, 1, "50 points, the nearest other only"),
+        )
+    ]
+
+
+# ------------------------------------------------------------------------------------------------------------ 3 mend
+
+
+def _by_radius(points: np.ndarray, radius: float, least: int) -> np.ndarray:
+    distance = np.sqrt(((points[:, None] - points[None]) ** 2).sum(axis=-1))
+    np.fill_diagonal(distance, np.inf)
+    return (distance <= radius).sum(axis=1) >= least
+
+
+def _radius_cases(rng: np.random.Generator) -> list[Case]:
+    def draw() -> Case:
+        n = int(rng.integers(50, 80))
+        while True:
+            points = rng.uniform(0, 1, (n, 3))
+            radius, least = float(rng.uniform(0.22, 0.3)), int(rng.integers(2, 5))
+            distance = np.sqrt(((points[:, None] - points[None]) ** 2).sum(axis=-1))
+            if min(np.abs(distance - radius).min(), np.abs(distance - np.sqrt(radius)).min()) > 1e-6:
+                truth = _by_radius(points, radius, least)
+                return Case({"points": points, "radius": radius, "least": least}, {"truth": truth}, f"{n} points")
+
+    grid = rng.permutation(rng.integers(0, 5, (200, 3)).astype(float))[:60] / 4  # steps of exactly a quarter
+    given = {"points": grid, "radius": 0.5, "least": 12}
+    ties = Case(given, {"truth": _by_radius(grid, 0.5, 12)}, "60 points on a grid, many at exactly the radius")
+    return _telling(draw, MEND_MISTAKES, "keep_by_radius", 3, (ties,))
+
+
+# ------------------------------------------------------------------------------------------------------------ 5 open
+
+_CLEAN_BANDS = ((97.0, 1.0), (90.0, 0.75), (80.0, 0.5), (60.0, 0.25))  # F1, per cent
+_THIN_LEAST = 0.95  # of the thin points must stay, or the lowest band is the most
+
+
+def _desk(rng: np.random.Generator) -> Case:
+    points, kinds = small_desk(rng)
+    return Case({"points": points}, {"truth": kinds < FLYING, "kinds": kinds}, f"a desk of {len(points):,} points")
+
+
+def _judge_clean(case: Case, answer: Plain) -> Verdict:
+    form = judge_labels(answer, case.truth, what="the mask")
+    if not np.isfinite(form.error):
+        return form
+    keep, kinds = np.asarray(answer, bool), case.hidden["kinds"]
+    wrong = kinds >= FLYING
+    f1 = float(200 * np.sum(~keep & wrong) / (np.sum(~keep) + np.sum(wrong)))
+    thin = float(np.mean(keep[kinds == THIN]))
+    verdict = judge_band(f1, _CLEAN_BANDS, "%", better="larger", what="F1")
+    told = f"{verdict.message} {_by_kind(keep, kinds)}"
+    if thin < _THIN_LEAST:
+        told += f" For more than the lowest band keep {100 * _THIN_LEAST:.0f} % of rod and cable."
+        if verdict.score > 0.25:
+            return replace(verdict, passed=False, axis="thin structure", message=told, score=0.25)
+    return replace(verdict, message=told)
+
+
+_KINDS = ("surfaces", "rod and cable", "flying pixels", "the reflection", "noise")
+
+
+def _removed(keep: np.ndarray, kinds: np.ndarray) -> np.ndarray:
+    """The share removed (5,) of each kind."""
+    return np.array([np.mean(~keep[kinds == kind]) for kind in range(1, 6)])
+
+
+def _by_kind(keep: np.ndarray, kinds: np.ndarray) -> str:
+    removed = [f"{100 * share:.0f} % of {name}" for share, name in zip(_removed(keep, kinds), _KINDS, strict=True)]
+    left = [f"{100 * (1 - share):.0f} % of {name}" for share, name in zip(_removed(keep, kinds), _KINDS, strict=True)]
+    return f"Left in: {', '.join(left[2:])}. Wrongly removed: {', '.join(removed[:2])}."
+
+
+_ALIKE = np.array([0.02, 0.12, 0.15, 0.2, 0.07])  # shares by kind: two masks that differ less made the same mistake
+
+
+def _clean_distance(case: Case, a: Plain, b: Plain) -> float:
+    if any(np.shape(mask) != np.shape(case.truth) or np.asarray(mask).dtype.kind != "b" for mask in (a, b)):
+        return np.inf
+    shares = [_removed(np.asarray(mask), case.hidden["kinds"]) for mask in (a, b)]
+    allowed = _ALIKE.copy()
+    # of those that cut into surfaces, some cut deeper
+    allowed[0] = max(allowed[0], 0.4 * max(shares[0][0], shares[1][0]))
+    return float(np.max(np.abs(shares[0] - shares[1]) / allowed))
+
+
+def _guess_clean(rng: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:
+    """One of the lesson's three filters with settings drawn at random."""
+    which = int(rng.integers(3))
+    k, ratio = int(rng.integers(2, 40)), float(rng.uniform(0.2, 3))
+    radius, least = float(np.exp(rng.uniform(np.log(0.003), np.log(0.1)))), int(rng.integers(1, 30))
+    size = int(np.exp(rng.uniform(0, np.log(3000))))
+
+    def clean(points: np.ndarray) -> np.ndarray:
+        if which == 0:
+            return outliers.keep_by_statistics(points, k, ratio)
+        if which == 1:
+            return outliers.keep_by_radius(points, radius, least)
+        return clusters.euclidean_clusters(points, radius, size) >= 0
+
+    return clean
+
+
+# -------------------------------------------------------------------------------------------------------------- all
+
+TASKS = (
+    Task(
+        id="05-1",
+        title="where to cut",
+        points=1,
+        version=2,
+        kind="fill",
+        signature="def where_to_cut(mean, wrong, edges)",
+        cases=_cut_cases,
+        judge=lambda case, answer: judge_number(answer, case.truth, _CUT_TOLERANCE, "m", "the place to cut"),
+        misconceptions=CUT_MISTAKES,
+        where="lesson 05, section 2 (how far are the neighbours?)",
+    ),
+    Task(
+        id="05-2",
+        title="mean distance to the neighbours",
+        points=3,
+        version=2,
+        kind="write",
+        signature="def mean_distances(points, k)",
+        cases=_distance_cases,
+        judge=lambda case, answer: judge_array(answer, case.truth, _DISTANCE_TOLERANCE, "m", what="the mean distance"),
+        misconceptions=DISTANCE_MISTAKES,
+        may_call=("numpy", "scipy.spatial"),
+        hides=("course_lib.cloud.outliers.mean_distances", "course_lib.cloud.outliers.keep_by_statistics"),
+        data=("stanford_bunny",),
+        where="lesson 05, section 2 (how far are the neighbours?)",
+    ),
+    Task(
+        id="05-3",
+        title="mend a radius filter",
+        points=3,
+        version=2,
+        kind="mend",
+        signature="def keep_by_radius(points, radius, least)",
+        cases=_radius_cases,
+        judge=_judge_mask,
+        misconceptions=MEND_MISTAKES,
+        may_call=("numpy", "scipy.spatial"),
+        hides=("course_lib.cloud.outliers.keep_by_radius",),
+        where="lesson 05, section 3 (how many neighbours?)",
+    ),
+    Task(
+        id="05-4",
+        title="which setting made this",
+        points=2,
+        version=1,
+        kind="which",
+        signature="def causes()",
+        cases=lambda rng: [Case({}, {"truth": dict(CAUSE_OF)}, "the five desks above")],
+        judge=lambda case, answer: judge_choice(answer, case.truth, CAUSES, "the cause"),
+        misconceptions=WHICH_MISTAKES,
+        where="lesson 05, sections 2 to 4, and Break it",
+    ),
+    Task(
+        id="05-5",
+        title="clean a desk",
+        points=4,
+        version=2,
+        kind="open",
+        signature="def clean(points)",
+        cases=lambda rng: [_desk(rng)],
+        judge=_judge_clean,
+        distance=_clean_distance,
+        misconceptions=CLEAN_MISTAKES,
+        may_call=("numpy", "scipy.spatial", "scipy.sparse", "scipy.sparse.csgraph"),
+        hides=("course_lib.cloud.clusters.euclidean_clusters",),
+        guess=_guess_clean,
+        where="lesson 05, section 4 (islands) and section 5 (a pipeline, tuned and reported)",
+    ),
+    Task(
+        id="05-6",
+        title="explain why repeating never ends",
+        points=2,
+        version=2,
+        kind="explain",
+        signature="def explain()",
+        cases=lambda rng: [Case({}, {}, "your words")],
+        judge=lambda case, answer: judge_words(answer, 60),
+        rubric=(
+            "0: says that the cloud must be very noisy, or that more passes are needed.",
+            "1: gives a cause: the threshold comes from the cloud itself and moves in as the deviation shrinks, or "
+            "each pass measures anew, so that whoever lost a neighbour is next; or names a threshold fixed once.",
+            "2: both: one of the two causes, and one fixed threshold (metres, multiples of the spacing, a median).",
+        ),
+        where="lesson 05, Break it",
+    ),
+)

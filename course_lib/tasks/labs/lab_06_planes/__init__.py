@@ -1,0 +1,1 @@
+"""Lab 06: planes, floors and what stands on them."""

@@ -1,0 +1,313 @@
+"""The wrong answers of lab 06, as learner code: what each looks like, and what to do about it.
+
+Each source is the plain solution with one thing wrong, built from parts, so that nothing else differs.
+"""
+
+from __future__ import annotations
+
+from course_lib.tasks.core import Misconception
+from course_lib.tasks.mistakes import left_in, swapped
+
+
+def _wrong_tries(
+    good: str = "inlier_share**sample",
+    number: str = "np.log(1 - confidence) / np.log(1 - good)",
+    rounded: str = "np.ceil",
+) -> str:
+    return (
+        f"def tries_needed(inlier_share, sample, confidence):\n    good = {good}\n    return int({rounded}({number}))\n"
+    )
+
+
+TRIES_MISTAKES = (
+    Misconception(
+        "w for w to the power of the sample",
+        "one good point taken for a good sample: all points of a sample must be inliers at once, so raise the share to "
+        "the power of their number",
+        _wrong_tries("inlier_share"),
+    ),
+    Misconception(
+        "outlier share",
+        "the share of outliers taken for that of inliers: a sample is good when all its points are inliers",
+        _wrong_tries("(1 - inlier_share) ** sample"),
+    ),
+    Misconception(
+        "confidence for failure",
+        "the logarithm of the confidence: what may be at most 1 - p is the chance that every sample is bad",
+        _wrong_tries(number="np.log(confidence) / np.log(1 - good)"),
+    ),
+    Misconception(
+        "rounded down",
+        "a number of tries rounded down, which stays just below the confidence: round up",
+        _wrong_tries(rounded="np.floor"),
+    ),
+    Misconception(
+        "tries on average",
+        "the number of tries until the first good sample on average, without any confidence in it: use both logarithms",
+        _wrong_tries(number="1 / good"),
+    ),
+    Misconception(
+        "always three points",
+        "samples of three points whatever was asked: use the size of the sample that you are given",
+        _wrong_tries("inlier_share**3"),
+    ),
+    Misconception(
+        "always 0.99",
+        "a confidence of 0.99 whatever was asked: use the confidence that you are given",
+        _wrong_tries(number="np.log(0.01) / np.log(1 - good)"),
+    ),
+    Misconception(
+        "not rounded",
+        "a number of tries with a fraction: nobody draws half a sample, so round up",
+        _wrong_tries(rounded="").replace("int(", "float("),
+    ),
+    Misconception(
+        "rounded to the nearest",
+        "a number of tries rounded to the nearest, which may stay just below the confidence: round up",
+        _wrong_tries(rounded="round"),
+    ),
+    Misconception(
+        "good for bad samples",
+        "the logarithm of the chance of a good sample: a sample is bad with probability 1 minus that",
+        _wrong_tries(number="np.log(1 - confidence) / np.log(good)"),
+    ),
+)
+
+
+def _wrong_fit(
+    scatter: str = "(points - middle).T @ (points - middle)",
+    pick: str = "vectors[:, 0]",
+    offset: str = "-normal @ middle",
+) -> str:
+    return (
+        "def fit_plane(points):\n"
+        "    middle = points.mean(axis=0)\n"
+        f"    values, vectors = np.linalg.eigh({scatter})\n"
+        f"    normal = {pick}\n"
+        f"    return np.append(normal, {offset})\n"
+    )
+
+
+_IN_Z = (
+    "def fit_plane(points):\n"
+    "    columns = np.column_stack([points[:, :2], np.ones(len(points))])\n"
+    "    a, b, c = np.linalg.lstsq(columns, points[:, 2], rcond=None)[0]\n"
+    "    return np.array([a, b, -1.0, c]) / np.sqrt(a * a + b * b + 1)\n"
+)
+
+FIT_MISTAKES = (
+    Misconception(
+        "mean not subtracted",
+        "a scatter of points about the origin, which mostly says where they lie: subtract their mean first",
+        _wrong_fit("points.T @ points"),
+        variants=(_wrong_fit("points.T @ points", offset="0.0"),),
+    ),
+    Misconception(
+        "largest eigenvector",
+        "the direction in which the points spread most, which lies in the plane: take the eigenvector of the smallest "
+        "eigenvalue",
+        _wrong_fit(pick="vectors[:, 2]"),
+    ),
+    Misconception(
+        "rows for columns",
+        "a row of the matrix of eigenvectors: eigh returns them as columns, vectors[:, 0]",
+        _wrong_fit(pick="vectors[0]"),
+    ),
+    Misconception(
+        "least squares in z",
+        "errors measured along z, not across the plane, so steep planes come out too flat: use the scatter matrix",
+        _IN_Z,
+    ),
+    Misconception(
+        "offset with the wrong sign",
+        "a plane on the other side of the origin: n · x + d is 0 at the mean, so d is minus their product",
+        _wrong_fit(offset="normal @ middle"),
+    ),
+    Misconception(
+        "offset forgotten",
+        "a plane through the origin: it must go through the mean of the points, so d = -n · mean",
+        _wrong_fit(offset="0.0"),
+    ),
+    Misconception(
+        "first three points",
+        "the plane through the first three points only, with all their noise: every point has its say",
+        "def fit_plane(points):\n"
+        "    normal = np.cross(points[1] - points[0], points[2] - points[0])\n"
+        "    normal = normal / np.linalg.norm(normal)\n"
+        "    return np.append(normal, -normal @ points[0])\n",
+    ),
+)
+
+
+_GIVEN_MISTAKES = {
+    "length": (
+        "",
+        " / np.linalg.norm(normal)",
+        "a distance not divided by the length of the normal, which is not 1 here",
+    ),
+    "offset": ("- d", "+ d", "d subtracted: the plane is n · x + d = 0, so d is added"),
+    "side": (
+        "np.abs(height)",
+        "height * np.sign(d)",
+        "heights without a sign, so what lies below the floor stands on it: the camera, at the origin, is above",
+    ),
+}
+
+
+def _wrong_heights(left: tuple[str, ...], side: str = "") -> str:
+    """The given code with some of its three mistakes still in it."""
+    length, offset, sign = (wrong if key in left else right for key, (wrong, right, _) in _GIVEN_MISTAKES.items())
+    return (
+        "def heights_above_floor(points, plane):\n"
+        "    normal, d = plane[:3], plane[3]\n"
+        f"    height = (points @ normal {offset}){length}\n"
+        f"    return {side or sign}\n"
+    )
+
+
+_HEIGHTS = (
+    "def heights_above_floor(points, plane):\n"
+    "    normal, d, length = plane[:3], plane[3], np.linalg.norm(plane[:3])\n"
+    "    return {}\n"
+)
+
+HEIGHT_MISTAKES = left_in({name: said for name, (_, _, said) in _GIVEN_MISTAKES.items()}, _wrong_heights) + (
+    Misconception(
+        "side left to the normal",
+        "heights on whichever side the normal points to: it may point down; the camera, at the origin, is above",
+        _wrong_heights((), "height"),
+    ),
+    Misconception(
+        "side where most points are",
+        "heights positive where most points are, which a pit turns over: the camera, at the origin, is above",
+        _wrong_heights((), "height * np.sign(np.median(height))"),
+        variants=(
+            _wrong_heights((), "height * np.sign(height.mean())"),
+            _wrong_heights((), "height * np.sign(height.max() + height.min())"),
+        ),
+    ),
+    Misconception(
+        "side by the largest component",
+        "up taken from the normal's largest component, as if the camera stood upright: the camera is above",
+        _wrong_heights((), "-height * np.sign(normal[np.argmax(np.abs(normal))])"),
+    ),
+    Misconception(
+        "level camera",
+        "heights along the camera's y, as if it looked straight ahead: measure them along the floor's normal",
+        "def heights_above_floor(points, plane):\n"
+        "    return np.abs(plane[3]) / np.linalg.norm(plane[:3]) - points[:, 1]\n",
+    ),
+    Misconception(
+        "d not divided",
+        "n divided by its length, but not d: both belong to one equation, so divide n · x + d as a whole",
+        _HEIGHTS.format("(points @ (normal / length) + d) * np.sign(d)"),
+        variants=(_HEIGHTS.format("points @ normal / length * np.sign(d) + np.abs(d)"),),
+    ),
+    Misconception(
+        "length of all four numbers",
+        "a distance divided by the length of all four numbers: only n has a say in it, np.linalg.norm(plane[:3])",
+        _HEIGHTS.format("(points @ normal + d) / np.linalg.norm(plane) * np.sign(d)"),
+    ),
+    Misconception(
+        "always turned round",
+        "heights turned round whatever the normal: it may point down or up; the camera, at the origin, is above",
+        _HEIGHTS.format("-(points @ normal + d) / length"),
+    ),
+    Misconception(
+        "side by the normal's y",
+        "the side told by the normal's y, as if -y were up: the camera may look down; it is at the origin, above",
+        _HEIGHTS.format("-(points @ normal + d) / length * np.sign(normal[1])"),
+    ),
+)
+
+
+CAUSES = (
+    "mean not subtracted",
+    "largest eigenvector",
+    "outliers in the fit",
+    "least squares in z",
+    "offset with the wrong sign",
+    "threshold too large",
+)
+CAUSE_OF = {
+    "A": "outliers in the fit",
+    "B": "offset with the wrong sign",
+    "C": "least squares in z",
+    "D": "mean not subtracted",
+    "E": "threshold too large",
+    "F": "largest eigenvector",
+}
+
+
+WHICH_MISTAKES = (
+    Misconception(
+        "largest eigenvector for the mean",
+        "the largest eigenvector and the missing mean taken for each other: without the mean, the plane goes "
+        "through the camera",
+        swapped(CAUSE_OF, CAUSES[0], CAUSES[1]),
+    ),
+    Misconception(
+        "outliers for the threshold",
+        "outliers in the fit and a large threshold taken for each other: the table says how many points were used",
+        swapped(CAUSE_OF, CAUSES[2], CAUSES[5]),
+    ),
+    Misconception(
+        "least squares in z for the threshold",
+        "least squares in z and a large threshold taken for each other: the former used the right points and leans all "
+        "the same",
+        swapped(CAUSE_OF, CAUSES[3], CAUSES[5]),
+    ),
+    Misconception(
+        "least squares in z for outliers",
+        "least squares in z and outliers taken for each other: the former used the right points and leans all the same",
+        swapped(CAUSE_OF, CAUSES[3], CAUSES[2]),
+    ),
+    Misconception(
+        "least squares in z for the mean",
+        "least squares in z and the missing mean taken for each other: without the mean, the plane goes through the "
+        "camera; least squares in z goes through the middle of its points",
+        swapped(CAUSE_OF, CAUSES[3], CAUSES[0]),
+    ),
+    Misconception(
+        "offset for the mean",
+        "the wrong sign of d and the missing mean taken for each other: a wrong sign leaves the normal right and moves "
+        "the plane off the board",
+        swapped(CAUSE_OF, CAUSES[4], CAUSES[0]),
+    ),
+    Misconception(
+        "offset for the largest eigenvector",
+        "the wrong sign of d and the largest eigenvector taken for each other: a wrong sign leaves the normal right",
+        swapped(CAUSE_OF, CAUSES[4], CAUSES[1]),
+    ),
+)
+
+
+_FIT = (
+    "    middle = points.mean(axis=0)\n"
+    "    vectors = np.linalg.eigh((points - middle).T @ (points - middle))[1]\n"
+    "    normal = vectors[:, 0]\n"
+    "    return np.append(normal, -normal @ middle)\n"
+)
+
+FIND_MISTAKES = (
+    Misconception(
+        "fit to all points",
+        "a fit to all points, in which the farthest weigh most: find out who belongs to the plane first",
+        "def find_plane(points, threshold):\n" + _FIT,
+    ),
+    Misconception(
+        "least squares in z of all points",
+        "least squares in z over all points: errors along z, and of points that do not belong to the plane",
+        "def find_plane(points, threshold):\n"
+        "    columns = np.column_stack([points[:, :2], np.ones(len(points))])\n"
+        "    a, b, c = np.linalg.lstsq(columns, points[:, 2], rcond=None)[0]\n"
+        "    return np.array([a, b, -1.0, c]) / np.sqrt(a * a + b * b + 1)\n",
+    ),
+    Misconception(
+        "far from the middle thrown away",
+        "points far from the middle of all thrown away before a fit: the plane's own lie far out, too; vote instead",
+        "def find_plane(points, threshold):\n"
+        "    far = np.linalg.norm(points - np.median(points, axis=0), axis=1)\n"
+        "    points = points[far <= np.median(far)]\n" + _FIT,
+    ),
+)

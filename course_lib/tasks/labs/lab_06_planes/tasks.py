@@ -1,0 +1,343 @@
+"""Lab 06: how often to try, fitting a plane, heights above a floor, and finding a plane among other things.
+
+A plane is four numbers, n and d of n · x + d = 0. Its sign is free: (n, d) and (-n, -d) are one plane. Truth is found
+another way than the lab asks for: counting for logarithms, singular values for eigenvectors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from course_lib.camera import pinhole
+from course_lib.cloud import floors
+from course_lib.tasks.core import Case, Task, Verdict
+from course_lib.tasks.judges import judge_array, judge_band, judge_choice, judge_number, judge_words, refuse
+from course_lib.tasks.labs.lab_06_planes.mistakes import (
+    CAUSE_OF,
+    CAUSES,
+    FIND_MISTAKES,
+    FIT_MISTAKES,
+    HEIGHT_MISTAKES,
+    TRIES_MISTAKES,
+    WHICH_MISTAKES,
+)
+from course_lib.tasks.plain import Plain
+from course_lib.tasks.wording import array_problem, measured
+
+# ------------------------------------------------------------------------------------------------------------ 1 tries
+
+
+def _count_tries(w: float, sample: int, p: float) -> int:
+    """The fewest samples of which one is good with probability p, by counting; 0 where rounding could decide."""
+    bad, tries = 1.0, 0
+    while bad > 1 - p:
+        bad, tries = bad * (1 - w**sample), tries + 1
+    close = min(abs(bad - (1 - p)), abs(bad / (1 - w**sample) - (1 - p))) < 1e-9
+    return 0 if close else tries
+
+
+def _tries_cases(rng: np.random.Generator) -> list[Case]:
+    """The lesson's numbers, and others in which no two mistakes agree."""
+    asked = [
+        (0.6, 3, 0.99, "the numbers of the lesson"),
+        (0.8, 2, 0.999, "few outliers, two points a sample"),
+        (0.5, 3, 0.99, "half of the points are inliers"),  # 34.5 before rounding, and a little less
+    ]
+    while len(asked) < 5:
+        few = len(asked) == 4
+        w = round(float(rng.uniform(0.25, 0.4) if few else rng.uniform(0.62, 0.75)), 3)
+        sample, p = (4, 0.95) if few else (3, 0.98)
+        if _count_tries(w, sample, p):
+            asked.append((w, sample, p, "many outliers, four points a sample" if few else "another share of inliers"))
+    return [
+        Case({"inlier_share": w, "sample": s, "confidence": p}, {"truth": _count_tries(w, s, p)}, name)
+        for w, s, p, name in asked
+    ]
+
+
+# -------------------------------------------------------------------------------------------------------------- 2 fit
+
+_PLANE_TOLERANCE = 2e-4  # metres, at the points and beside them
+
+
+def _turned(rng: np.random.Generator, degrees: float, about: np.ndarray) -> np.ndarray:
+    """(3, 3) rotation by an angle about a direction in the (x, y) plane, after a random turn about z."""
+    a, c = np.radians(degrees), rng.uniform(0, 2 * np.pi)
+    k = about / np.linalg.norm(about)
+    K = np.array([[0, -k[2], k[1]], [k[2], 0, -k[0]], [-k[1], k[0], 0]])
+    R = np.eye(3) + np.sin(a) * K + (1 - np.cos(a)) * K @ K
+    return R @ np.array([[np.cos(c), -np.sin(c), 0], [np.sin(c), np.cos(c), 0], [0, 0, 1]])
+
+
+def _by_singular_values(points: np.ndarray) -> np.ndarray:
+    """(4,) plane of least squares by the singular value decomposition of the centred points."""
+    middle = points.mean(axis=0)
+    normal = np.linalg.svd(points - middle, full_matrices=False)[2][2]
+    return np.append(normal, -normal @ middle)
+
+
+def _board_case(
+    rng: np.random.Generator,
+    tilt: float,
+    size: tuple[float, float],
+    middle: tuple[float, float, float],
+    noise: float,
+    name: str,
+) -> Case:
+    flat = np.column_stack([rng.uniform(-0.5, 0.5, (120, 2)) * size, np.zeros(120)])
+    flat[:3, :2] = np.array([[-0.08, 0.03], [0.09, 0.05], [0.01, -0.07]]) * size  # three close together
+    noisy = flat @ _turned(rng, tilt, np.array([1.0, 0.4, 0.0])).T + rng.normal(0, noise, flat.shape)
+    return _fit_case(noisy + np.asarray(middle) + rng.uniform(-0.05, 0.05, 3), name)
+
+
+def _fit_case(points: np.ndarray, name: str) -> Case:
+    plane = _by_singular_values(points)
+    far = points[np.argsort(np.linalg.norm(points - points.mean(axis=0), axis=1))[-12:]]
+    around = np.concatenate([far, far + 0.3 * plane[:3], far - 0.3 * plane[:3]])
+    return Case({"points": points}, {"truth": plane, "around": around}, name)
+
+
+def _fit_cases(rng: np.random.Generator) -> list[Case]:
+    square = np.array([[0, 0, 2], [1, 0, 2], [0, 0.5, 2], [1, 0.5, 2.0]])
+    return [
+        _fit_case(square, "a rectangle two metres ahead, to do in your head"),
+        _board_case(rng, 20, (1.0, 0.6), (0.2, -0.1, 2.0), 0.005, "a board tilted by 20 degrees"),
+        _board_case(rng, 84, (1.2, 0.7), (-0.4, 0.3, 1.5), 0.02, "a board seen almost edge on"),
+        _board_case(rng, 50, (0.9, 0.5), (3.0, -2.0, 6.0), 0.01, "a board far to one side"),
+    ]
+
+
+def _plane_problem(answer: Plain, what: str) -> str:
+    """What keeps an answer from being a plane, in one sentence; "" if nothing."""
+    if isinstance(answer, list) and len(answer) == 2:
+        return "Expected one array of four numbers, got two values, n and d: join them, np.append(n, d)."
+    problem = array_problem(answer, np.zeros(4), what, None, None)
+    if problem:
+        return problem
+    plane = np.asarray(answer, dtype=np.float64)
+    if not np.isfinite(plane).all():
+        return "The plane holds NaN or infinity: expected four finite numbers, n and d."
+    length = float(np.linalg.norm(plane[:3])) if np.abs(plane[:3]).max() < 1e6 else np.inf
+    if abs(length - 1) > 0.01:
+        return f"The normal has length {length:.3g}, expected 1: divide n by it, and d likewise."
+    return ""
+
+
+def _apart(answer: Plain, truth: Plain, around: np.ndarray) -> float:
+    """The largest difference of two planes' distances at some points, in metres; the sign of a plane is free."""
+    a, b = np.asarray(answer, dtype=np.float64), np.asarray(truth, dtype=np.float64)
+    first, second = around @ a[:3] + a[3], around @ b[:3] + b[3]
+    return float(min(np.abs(first - second).max(), np.abs(first + second).max()))
+
+
+def _judge_fit(case: Case, answer: Plain) -> Verdict:
+    problem = _plane_problem(answer, "the plane")
+    if problem:
+        return refuse(problem, _PLANE_TOLERANCE, "m")
+    off = _apart(answer, case.truth, case.hidden["around"])
+    return measured(off, _PLANE_TOLERANCE, "m", "the plane", "around the points")
+
+
+# ----------------------------------------------------------------------------------------------------------- 3 heights
+
+_HEIGHT_TOLERANCE = 2e-4  # metres
+_FRAMES = (2, 3, 10)  # of realsense_planes: a box on a floor, from a camera that was held level
+_STEP = 6  # every so many rows and columns
+
+
+@lru_cache(maxsize=8)
+def _real_floor(load: Callable[[str], Any], number: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points (N, 3) of a real frame and its floor's plane (4,), normal of length 1, positive above the floor."""
+    frame = load("realsense_planes").frames[number]
+    points = pinhole.deproject(frame.depth, frame.camera, dtype=np.float64)[::_STEP, ::_STEP].reshape(-1, 3)
+    points = points[np.isfinite(points).all(axis=1)]
+    floor = floors.find_floor(points, 0.01, up=(0, -1, 0), most_degrees=30)
+    plane = np.append(floor.normal, floor.offset)
+    return points, plane * np.sign(plane[3])
+
+
+def _height_case(points: np.ndarray, plane: np.ndarray, name: str) -> Case:
+    normal, d = plane[:3], plane[3]
+    length, side = float(np.sqrt((normal**2).sum())), 1.0 if d > 0 else -1.0
+    truth = np.array([side * (sum(n * x for n, x in zip(normal, point, strict=True)) + d) / length for point in points])
+    return Case({"points": points, "plane": plane}, {"truth": truth}, name)
+
+
+def _height_cases(rng: np.random.Generator, load: Callable[[str], Any]) -> list[Case]:
+    head = np.array([[0, 0, 5], [0, 2, 5], [1, 1.5, 3], [0, 2.25, 1.0]])
+    below = np.array([[0, 0, 2], [0.3, 0.2, 1.5], [-0.5, 0.4, 0.8], [1, -1, 2.125]])
+    pit = np.array([[0, 1.9, 3], [0, 3, 3], [1, 2.7, 4], [0.5, 2.9, 2]])
+    hung = np.array([[0, 0, 5], [0, -2, 5], [1, -1.5, 3], [0, -2.25, 1]])
+    cases = [
+        _height_case(head, np.array([0, 2.0, 0, -4.0]), "a floor two metres below the camera, to do in your head"),
+        _height_case(below, np.array([0, 0, 3.0, -6.0]), "a camera that looks straight down"),
+        _height_case(pit, np.array([0, 2.0, 0, -4.0]), "a pit: most of it is below the floor"),
+        _height_case(hung, np.array([0, 2.0, 0, 4.0]), "a camera that hangs upside down"),
+    ]
+    for i, number in enumerate(_FRAMES):
+        points, plane = _real_floor(load, number)
+        height = points @ plane[:3] + plane[3]
+        some = np.concatenate(
+            [
+                rng.choice(np.flatnonzero(height < -0.004), 10),
+                rng.choice(np.flatnonzero(np.abs(height) < 0.004), 30),
+                rng.choice(np.flatnonzero(height > 0.1), 40),
+            ]
+        )
+        scale = float(rng.uniform(2.0, 4.0)) * (-1.0 if i % 2 else 1.0)
+        cases.append(_height_case(points[some], scale * plane, f"a real floor, frame {number}"))
+    return cases
+
+
+# --------------------------------------------------------------------------------------------------------------- 5 open
+
+_FIND_BANDS = ((0.002, 1.0), (0.005, 0.75), (0.015, 0.5), (0.05, 0.25))  # metres, at the rim of the plane
+_THRESHOLD, _NOISE = 0.015, 0.005
+
+
+def _cluttered(rng: np.random.Generator) -> Case:
+    """A plane, 1.6 x 1.2 m, that two points in ten belong to; a smaller one above it, and things in between."""
+    R, at = _turned(rng, float(rng.uniform(30, 45)), np.array([1.0, 0.3, 0.0])), np.array([0.2, 0.1, 2.0])
+    own = np.column_stack([rng.uniform((-0.8, -0.6), (0.8, 0.6), (400, 2)), rng.normal(0, _NOISE, 400)])
+    shelf = np.column_stack([rng.uniform((0.1, -0.5), (0.8, 0.5), (250, 2)), 0.25 + rng.normal(0, _NOISE, 250)])
+    things = rng.uniform((-0.3, -0.8, -0.05), (1.0, 0.8, 0.9), (1350, 3))
+    points = rng.permutation(np.concatenate([own, shelf, things])) @ R.T + at
+    around = np.radians(np.arange(0, 360, 15))
+    rim = np.column_stack([0.8 * np.cos(around), 0.8 * np.sin(around), np.zeros(len(around))]) @ R.T + at
+    truth = np.append(R[:, 2], -R[:, 2] @ at)
+    given = {"points": points, "threshold": _THRESHOLD}
+    return Case(given, {"truth": truth, "around": rim}, "a plane among other things")
+
+
+def _judge_find(case: Case, answer: Plain) -> Verdict:
+    problem = _plane_problem(answer, "the plane")
+    if problem:
+        return refuse(problem, _FIND_BANDS[0][0], "m")
+    off = _apart(answer, case.truth, case.hidden["around"])
+    verdict = judge_band(off, _FIND_BANDS, "m", what="the error at the plane's rim")
+    return replace(verdict, message=f"{verdict.message} {_why_off(case, answer, verdict.score)}".rstrip())
+
+
+def _why_off(case: Case, answer: Plain, score: float) -> str:
+    """What the points say of a plane that is not the best one, in a sentence or two."""
+    points, threshold = case.given["points"], case.given["threshold"]
+    off, true = (points @ plane[:3] + plane[3] for plane in map(np.asarray, (answer, case.truth)))
+    near, most = (int(np.count_nonzero(np.abs(signed) <= threshold)) for signed in (off, true))
+    if score == 1:
+        return ""
+    if score >= 0.25:
+        return "A plane through three noisy points leans: fit to its inliers, collect these again, and fit again."
+    if near < most:
+        return (
+            f"Only {near:,} points lie within the threshold of it, and {most:,} of the true one. Are there enough "
+            "samples? Has the normal length 1, and has the distance lost its sign, before you count?"
+        )
+    return ""
+
+
+def _guess_plane(rng: np.random.Generator) -> Callable[[np.ndarray, float], np.ndarray]:
+    """A function that says a plane through the middle of the points, turned at random."""
+    normal = rng.normal(size=3)
+    normal /= np.linalg.norm(normal)
+    return lambda points, threshold: np.append(normal, -normal @ points.mean(axis=0))
+
+
+# ---------------------------------------------------------------------------------------------------------------- all
+
+_LIBRARY = (
+    "course_lib.cloud.planes.fit_plane",
+    "course_lib.cloud.planes.find_plane",
+    "course_lib.cloud.planes.find_planes",
+)
+
+TASKS = (
+    Task(
+        id="06-1",
+        title="how often to try",
+        points=1,
+        version=2,
+        kind="fill",
+        signature="def tries_needed(inlier_share, sample, confidence)",
+        cases=_tries_cases,
+        judge=lambda case, answer: judge_number(answer, case.truth, 0.1, "tries", "the number of tries"),
+        misconceptions=TRIES_MISTAKES,
+        hides=("course_lib.cloud.planes.iterations_needed",),
+        where="lesson 06, section 3 (many points agree, the others do not matter)",
+    ),
+    Task(
+        id="06-2",
+        title="fit a plane",
+        points=3,
+        version=1,
+        kind="write",
+        signature="def fit_plane(points)",
+        cases=_fit_cases,
+        judge=_judge_fit,
+        misconceptions=FIT_MISTAKES,
+        hides=_LIBRARY,
+        where="lesson 06, section 1 (the plane that fits best); least squares in z: section 2",
+    ),
+    Task(
+        id="06-3",
+        title="mend heights above a real floor",
+        points=3,
+        version=3,
+        kind="mend",
+        signature="def heights_above_floor(points, plane)",
+        cases=_height_cases,
+        judge=lambda case, answer: judge_array(answer, case.truth, _HEIGHT_TOLERANCE, "m", what="the heights"),
+        misconceptions=HEIGHT_MISTAKES,
+        hides=("course_lib.cloud.floors.heights_above", "course_lib.cloud.floors.remove_floor"),
+        data=("realsense_planes",),
+        where="lesson 06, section 1 (the plane that fits best), for distances and their sign, and section 4",
+    ),
+    Task(
+        id="06-4",
+        title="which mistake made this",
+        points=2,
+        version=1,
+        kind="which",
+        signature="def causes()",
+        cases=lambda rng: [Case({}, {"truth": dict(CAUSE_OF)}, "the six planes above")],
+        judge=lambda case, answer: judge_choice(answer, case.truth, CAUSES, "the cause"),
+        misconceptions=WHICH_MISTAKES,
+        where="lesson 06, section 2 (what the eigenvalues say, and what least squares in z says)",
+    ),
+    Task(
+        id="06-5",
+        title="find a plane that few points belong to",
+        points=4,
+        version=2,
+        kind="open",
+        signature="def find_plane(points, threshold)",
+        cases=lambda rng: [_cluttered(rng)],
+        judge=_judge_find,
+        misconceptions=FIND_MISTAKES,
+        hides=_LIBRARY,
+        guess=_guess_plane,
+        where="lesson 06, section 3 (many points agree, the others do not matter)",
+    ),
+    Task(
+        id="06-6",
+        title="explain the better fit",
+        points=2,
+        version=1,
+        kind="explain",
+        signature="def explain()",
+        cases=lambda rng: [Case({}, {}, "your words")],
+        judge=lambda case, answer: judge_words(answer, 60),
+        rubric=(
+            "0: agrees that more inliers are better, or blames the random samples or the seed.",
+            "1: says that with the larger threshold points of the posters count as the wall's and tilt or shift it; or "
+            "names what exposes it.",
+            "2: both: points of something else were let in, so the plane leans or lies between; and the residuals "
+            "expose it: their RMS is clearly more than the noise, or their histogram fills the band or has two humps.",
+        ),
+        where="lesson 06, Break it (more inliers, worse plane)",
+    ),
+)

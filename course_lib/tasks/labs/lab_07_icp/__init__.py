@@ -1,0 +1,1 @@
+"""Lab 07: rigid motions from pairs, steps of ICP, and partial overlap."""

@@ -1,0 +1,84 @@
+"""Every lab there is, graded as a class would be: solved, untouched, and with each mistake that people really make."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Callable
+
+import pytest
+from fakes import standing_of
+from grading_helpers import graded, need_sandbox, submission
+
+from course_lib import notebook, tasks
+from course_lib.grading.safe_text import clean
+from course_lib.grading.tell.feedback import feedback_page
+
+PATIENT = {"cell_seconds": 60.0, "task_seconds": 60.0}  # what is asked here is not how fast this machine is
+
+
+@pytest.fixture(autouse=True)
+def _sandbox() -> None:
+    need_sandbox()
+
+
+@pytest.fixture
+def here() -> Callable[[str], None]:
+    """Skip a lab whose real data are not here."""
+
+    def look(lab: str) -> None:
+        lacking = [n for task in tasks.lab(lab) for n in task.data if not notebook.data.available(n)]
+        if lacking:
+            pytest.skip(f"lab {lab} needs {', '.join(lacking)}")
+
+    return look
+
+
+@pytest.mark.parametrize("lab", tasks.lab_numbers())
+def test_solution_earns_everything(lab, here):
+    here(lab)
+    record = graded(lab, submission(lab, solved=True), **PATIENT)
+    assert record["status"] == "graded", record["reason"]
+    assert record["notices"] == []
+    for one in record["tasks"]:
+        wanted = ("by hand", 0.0) if one["kind"] == "explain" else ("passed", one["max"])
+        assert (one["status"], one["points"]) == wanted, one["error"]
+        assert bool(one["text"]) == (one["kind"] == "explain")
+
+
+@pytest.mark.parametrize("lab", tasks.lab_numbers())
+def test_untouched_exercise_earns_nothing_and_is_told_kindly(lab, here):
+    here(lab)
+    record = graded(lab, submission(lab), **PATIENT)
+    assert record["status"] == "graded" and record["points"] == 0 and record["notices"] == []
+    assert {one["status"] for one in record["tasks"]} == {"not started"}
+    told = feedback_page(standing_of(record))
+    assert told.count("Not started") == len(record["tasks"]) and 'class="wrong"' not in told
+    assert all(one["error"] == "" and one["where"].startswith("Where to look: lesson") for one in record["tasks"])
+
+
+def _rounds() -> list[tuple[str, int]]:
+    """Each lab as often as its task with the most mistakes has some: one of each task is handed in at a time."""
+    return [
+        (lab, i)
+        for lab in tasks.lab_numbers()
+        for i in range(max(sum(len(m.sources) for m in task.misconceptions) for task in tasks.lab(lab)))
+    ]
+
+
+@pytest.mark.parametrize(("lab", "i"), _rounds())
+def test_misconceptions_are_named_in_the_record(lab, i, here):
+    here(lab)
+    wrong = {task.number: [(m, source) for m in task.misconceptions for source in m.sources] for task in tasks.lab(lab)}
+    chosen = {number: all_[i] for number, all_ in wrong.items() if i < len(all_)}
+    record = graded(lab, submission(lab, {number: source for number, (_, source) in chosen.items()}), **PATIENT)
+    told = feedback_page(standing_of(record))
+    for one in record["tasks"]:
+        if one["number"] not in chosen:
+            assert one["status"] == "not started"
+            continue
+        mistake = chosen[one["number"]][0]
+        assert one["points"] < one["max"], f"{one['id']}: {mistake.name} earned everything"
+        assert mistake.name in one["misconceptions"], f"{one['id']}: {mistake.name} is told as {one['misconceptions']}"
+        assert set(one["misconceptions"]) <= {mistake.name, *mistake.alike}
+        assert mistake.message.strip().rstrip(".") in one["looks_like"]
+        assert html.escape(clean(one["looks_like"]), quote=False) in told.replace("&#39;", "'").replace("&#34;", '"')

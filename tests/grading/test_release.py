@@ -1,0 +1,160 @@
+"""`course release`: what students get works, and holds nothing of the solutions."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import json
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+from grading_helpers import ROOT
+
+from course_lib import tasks
+from course_lib.authoring import notebooks as nbs
+from course_lib.authoring import solutions
+from course_lib.authoring.tree import CourseError, course_tree
+from course_lib.grading.release.release import MANIFEST, fewer_hints, release
+from course_lib.grading.release.released import released_lab
+
+LABS = tasks.lab_numbers()
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("release") / "labs"
+    release(LABS, folder, course_tree(), hints=1)
+    return folder
+
+
+def run_there(tree: Path, code: str) -> str:
+    """What a learner's code prints in the released copy."""
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, cwd=tree, env={"PYTHONPATH": str(tree)}, capture_output=True, text=True, timeout=400)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_nothing_of_the_solutions_is_in_it(tree):
+    names = [path.relative_to(tree).as_posix() for path in tree.rglob("*") if path.is_file()]
+    assert not [name for name in names if name.startswith(("solutions/", "tests/", "docs/", "notebooks/"))]
+    assert not [name for name in names if "course_lib/grading" in name or "authoring/build" in name]
+    assert sorted({n.split("/")[3][:6] for n in names if "/lab_" in n}) == [f"lab_{number}" for number in LABS]
+    text = "\n".join(path.read_text(encoding="utf-8") for path in tree.rglob("*") if path.suffix in (".py", ".ipynb"))
+    bodies = set()
+    for path in tree.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.FunctionDef):
+                bodies.add(tuple(ast.dump(statement) for statement in node.body if not _is_text(statement)))
+    assert "BEGIN SOLUTION" not in text
+    checked = 0
+    for number in LABS:
+        for task in tasks.lab(number):
+            node = next(
+                n for n in ast.parse(solutions.reference(task.id)).body if getattr(n, "name", "") == task.function
+            )
+            body = tuple(ast.dump(statement) for statement in node.body if not _is_text(statement))
+            assert body not in bodies, f"the answer of {task.id} is in the release"
+            given = solutions.stub(task.id)  # a task that mends gives most of its lines
+            own = [line for line in map(ast.unparse, node.body) if line.splitlines()[0] not in given]
+            assert own or task.kind == "explain", f"{task.id} asks for nothing that it does not give"
+            longest = max(own, key=len, default="")
+            assert not own or longest not in text, f"{longest!r} of {task.id} is in the release"
+            checked += 1
+    assert checked == sum(len(tasks.lab(number)) for number in LABS)
+
+
+def _is_text(statement: ast.stmt) -> bool:
+    return isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant)
+
+
+def test_hidden_functions_refuse_a_learner(tree):
+    hides = sorted({h for n in LABS for task in tasks.lab(n) for h in task.hides if h.startswith("course_lib.")})
+    assert len(hides) >= 5
+    kept = json.loads((tree / MANIFEST).read_text(encoding="utf-8"))["kept for display"]
+    code = f"""
+import importlib, inspect
+for public in {hides!r}:
+    module, _, name = public.rpartition(".")
+    thing = getattr(importlib.import_module(module), name)
+    if thing is None or not callable(thing):  # a table that the library reads stays, and the manifest says so
+        assert thing is None or public in {kept!r}, public
+        continue
+    try:
+        found = thing(*[1 for p in inspect.signature(thing).parameters.values() if p.kind is p.POSITIONAL_OR_KEYWORD])
+        list(found) if inspect.isgenerator(found) else None  # a generator refuses when it is asked for its first
+    except RuntimeError as error:
+        assert "asks you to write" in str(error), error
+        continue
+    print(public)
+"""
+    assert run_there(tree, code).split() == [], "these answer a learner"
+
+
+def test_checks_work_there(tree):
+    stub, reference = solutions.stub("03-2"), solutions.reference("03-2")
+    code = "import numpy as np\nfrom course_lib.notebook import check\n"
+    assert "not started yet" in run_there(tree, f"{code}{stub}\nprint(check('03-2', deproject))")
+    (tree.parent / "answer.py").write_text(f"{code}{reference}\nprint(check('03-2', deproject))")
+    assert "passed" in run_there(tree, f"exec(open({str(tree.parent / 'answer.py')!r}).read())")
+
+
+@pytest.mark.slow
+def test_the_exercise_runs_there(tree):
+    from course_lib.authoring.kernels import execute
+
+    run_there(tree, "from course_lib.notebook import data\ndata.load('bunny_like')")  # no cell has to make it in time
+    nb = nbs.read_notebook(tree / "exercises" / "02_point_clouds.ipynb")
+    execute(nb, tree)
+    assert any("not started yet" in str(cell.outputs) for cell in nb.cells if cell.cell_type == "code")
+
+
+def test_manifest_tells_version_slots_and_every_file(tree):
+    manifest = json.loads((tree / MANIFEST).read_text(encoding="utf-8"))
+    lab = manifest["labs"]["03"]
+    assert lab["version"] == released_lab("03").version and lab["points"] == released_lab("03").points
+    assert [slot["task"] for slot in lab["slots"]] == [task.id for task in tasks.lab("03")]
+    made = ("__pycache__", "cache")  # by the tests that ran there
+    there = {p.relative_to(tree) for p in tree.rglob("*") if p.is_file()}
+    files = {path.as_posix() for path in there if not set(made) & set(path.parts)}
+    assert set(manifest["files"]) == files - {MANIFEST}
+    for name, digest in manifest["files"].items():
+        assert hashlib.sha256((tree / name).read_bytes()).hexdigest() == digest, name
+
+
+def test_zip_holds_the_same_and_is_the_same_again(tree, tmp_path):
+    again = release(LABS, tmp_path / "labs", course_tree(), hints=1)
+    assert again.read_bytes() == tree.with_name("labs.zip").read_bytes()
+    with zipfile.ZipFile(again) as file:
+        assert "labs/exercises/03_depth_to_points.ipynb" in file.namelist()
+
+
+@pytest.mark.parametrize("most", [0, 1, 2, 3])
+def test_hints_beyond_the_number_are_gone(most):
+    nb = nbs.read_notebook(ROOT / "exercises" / "03_depth_to_points.ipynb")
+    text = "\n".join(cell.source for cell in fewer_hints(nb, most).cells)
+    assert [number for number in (1, 2, 3) if f"Hint {number}" in text] == list(range(1, most + 1))
+    assert text.count("<details>") == text.count("</details>")
+
+
+def test_a_folder_with_other_files_is_left_alone(tmp_path):
+    (tmp_path / "mine.txt").write_text("mine")
+    with pytest.raises(CourseError, match="no release"):
+        release(["00"], tmp_path, course_tree())
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
+
+
+def test_an_earlier_release_is_replaced(tmp_path):
+    release(["00"], tmp_path / "r", course_tree())
+    release(["01"], tmp_path / "r", course_tree())
+    assert [path.name for path in (tmp_path / "r" / "exercises").iterdir()] == ["01_rgbd_images.ipynb"]
+
+
+def test_verbs_that_are_not_there_say_so(tree):
+    code = "import sys; sys.argv = ['x', 'grade']; from course_lib.cli import main; main(['grade', '.'])"
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, cwd=tree, env={"PYTHONPATH": str(tree)}, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 1 and "not part of this copy" in done.stderr, done.stderr
