@@ -10,6 +10,8 @@ from pathlib import Path
 
 from nbformat import NotebookNode
 
+from course_lib.authoring.needed_data import prepare_data
+
 from . import notebooks as nbs
 from .gates import findings
 from .generated import stale, write_generated
@@ -23,65 +25,10 @@ __all__ = [
     "check_agreement",
     "check_all",
     "exercise_from",
-    "make_data",
-    "missing_data",
     "orphans",
-    "prepare_data",
 ]
 
 KEPT_PLANS = 3  # tasks 1–3 keep the solution's comments as a plan
-
-
-def missing_data(names: Iterable[str]) -> set[str]:
-    """Which of these datasets are real ones that nobody has fetched.
-
-    Raises
-    ------
-    CourseError
-        If a name is unknown; the nearest is suggested.
-    """
-    names = sorted(set(names))
-    if not names:
-        return set()
-    data = importlib.import_module("course_lib.notebook.data")
-    try:
-        return {name for name in names if not data.available(name)}
-    except data.Refusal as refusal:
-        raise CourseError(str(refusal)) from refusal
-
-
-def prepare_data(nb: NotebookNode) -> set[str]:
-    """Make the data that a notebook names before it runs, so that no first-use message is stored.
-
-    Returns
-    -------
-    The named datasets that are not there: real ones that nobody has fetched.
-
-    Raises
-    ------
-    CourseError
-        If a name is unknown, or the data cannot be written.
-    """
-    names = nbs.named_datasets(nb)
-    missing = missing_data(names)
-    if names:
-        make_data(names)
-    return missing
-
-
-def make_data(names: str | Iterable[str]) -> None:
-    """Make the synthetic ones of these datasets where they are not there yet.
-
-    Raises
-    ------
-    CourseError
-        If a name is unknown, or the data cannot be written.
-    """
-    data = importlib.import_module("course_lib.notebook.data")
-    try:
-        data.prepare(names)
-    except data.Refusal as refusal:
-        raise CourseError(str(refusal)) from refusal
 
 
 def exercise_from(solution: NotebookNode) -> NotebookNode:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import re
 import signal
@@ -11,24 +10,20 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from multiprocessing import get_context
-from multiprocessing.connection import wait
-from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 from nbformat import NotebookNode
 
-from course_lib.notebook import _cache, _catalog
+from course_lib.authoring.needed_data import make_side_by_side
 
 from . import notebooks as nbs
-from .build import make_data, missing_data
 from .kernels import CELL_SECONDS, START_SECONDS, kernel_environment
+from .needed_data import missing_data
 from .tree import CourseError, Tree
 
 __all__ = [
     "Skipped",
     "copy_notebooks",
-    "make_side_by_side",
     "prove",
     "pytest_words",
     "skipped_line",
@@ -132,42 +127,6 @@ def pytest_words(tree: Tree, folder: Path, quick: bool, workers: int, more: Sequ
         *more,
         *(str(place) for place in (folder / COPIES, tree.tests_folder) if place.exists()),
     ]
-
-
-def _make(name: str) -> None:
-    with contextlib.suppress(CourseError):  # what is wrong is said by the process that asked for it
-        make_data(name)
-
-
-def make_side_by_side(names: Sequence[str], workers: int) -> None:
-    """Make the synthetic ones of these datasets, several at once, each in a process of its own.
-
-    Raises
-    ------
-    CourseError
-        If a name is unknown, or the data cannot be written.
-    """
-    catalogue = _catalog.catalogue()
-    known = [catalogue[name] for name in names if name in catalogue]
-    waiting = [one.name for one in known if one.kind == "synthetic" and not _cache.find(one, one.seed)]
-    running: list[BaseProcess] = []
-    try:
-        while waiting or running:
-            while waiting and len(running) < workers:
-                one = get_context("spawn").Process(target=_make, args=(waiting.pop(0),))
-                before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # inherited: it does not hear Ctrl-C, we do
-                try:
-                    one.start()
-                finally:
-                    signal.signal(signal.SIGINT, before)
-                running.append(one)
-            wait([one.sentinel for one in running])
-            running = [one for one in running if one.is_alive()]
-    finally:
-        for one in running:
-            one.terminate()
-            one.join()
-    make_data(names)  # finds them made, or says why not
 
 
 def prove(tree: Tree, quick: bool, workers: int, more: Sequence[str], say: Callable[[str], None]) -> int:

@@ -10,8 +10,8 @@ import psutil
 from nbformat import NotebookNode
 
 from course_lib.authoring import notebooks as nbs
-from course_lib.authoring.build import prepare_data
 from course_lib.authoring.kernels import execute
+from course_lib.authoring.needed_data import prepare_data
 from course_lib.authoring.tree import CourseError, Tree
 
 __all__ = ["MOST_BYTES", "MOST_SECONDS", "weigh", "weigh_lessons"]

@@ -15,9 +15,10 @@ from course_lib.camera.depth_alignment import align_depth
 from course_lib.camera.distortion import distort
 from course_lib.camera.rgbd import DepthEncoding, RGBDFrame, decode_depth, encode_depth
 from course_lib.geometry.transforms import invert
+from course_lib.notebook._bag_common import Stream, printable
 from course_lib.notebook._dataset import Dataset, Lazy
 from course_lib.notebook._errors import Refusal, shown
-from course_lib.notebook._rosbags import Stream, opened, printable
+from course_lib.notebook._rosbags import opened
 
 MOST = 100
 """Frames kept in memory unless the caller asks for another number: 100 of 848x480 take 200 MB."""

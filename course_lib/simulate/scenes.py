@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from course_lib.geometry.transforms import look_at
-from course_lib.simulate import furniture, pictures, shapes, textures
+from course_lib.simulate import books, furniture, pictures, shapes, textures
 from course_lib.simulate.furniture import block, painted, round_thing, wooden
 from course_lib.simulate.lighting import bulb_light, window_light
 from course_lib.simulate.scene_model import NOTHING, Scene, Surface
@@ -50,11 +50,11 @@ def living_room(seed: int = 0) -> Scene:
     surfaces += furniture.chair(rng, (-0.52, -0.52, 0), 14 + rng.uniform(-4, 4))
     surfaces += furniture.chair(rng, (0.62, 0.98, 0), 196 + rng.uniform(-6, 6), (150, 60, 50))
     surfaces += furniture.sideboard(rng, (-1.05, 1.72, 0))
-    surfaces += furniture.lying_books(rng, (-1.50, 1.70, 0.62), 8, 4)
+    surfaces += books.lying_books(rng, (-1.50, 1.70, 0.62), 8, 4)
     vase = [(0.028, 0.34), (0.024, 0.30), (0.055, 0.21), (0.085, 0.12), (0.075, 0.04), (0.05, 0), (0, 0)]
     glaze = textures.tint((64, 128, 138), 0.10 * textures.noise(rng, (90, 140), 25, 4))
     surfaces.append(round_thing("vase", _smooth_profile(vase), (-0.62, 1.70, 0.62), glaze))
-    surfaces += furniture.bookshelf(rng, (1.80, 3.33, 0))
+    surfaces += books.bookshelf(rng, (1.80, 3.33, 0))
     surfaces += furniture.floor_lamp(rng, (2.32, 2.55, 0))
     surfaces += furniture.armchair(rng, (1.95, 0.95, 0), -62)
     surfaces += furniture.plant(rng, (-2.15, 1.45, 0))
@@ -138,7 +138,7 @@ def _on_the_table(rng: np.random.Generator, seed: int) -> list[Surface]:
     out.append(round_thing("globe", stand, (x + 0.42, y - 0.07, z), textures.plain(rng, (12, 24), (60, 48, 40))))
     out += furniture.animal(seed, (x + 0.02, y + 0.02, z), -118, 2.1, 0.0038)
     out += furniture.mug(rng, (x + 0.16, y - 0.25, z), yaw=-40)
-    out += furniture.lying_books(rng, (x - 0.22, y - 0.22, z), -14, 3)
+    out += books.lying_books(rng, (x - 0.22, y - 0.22, z), -14, 3)
     bowl = [(0, 0.016), (0.05, 0.02), (0.10, 0.05), (0.125, 0.085), (0.13, 0.088), (0.132, 0.085)]
     bowl += [(0.108, 0.045), (0.06, 0.008), (0.045, 0), (0, 0)]
     turquoise = textures.tint((92, 158, 160), 0.06 * textures.noise(rng, (80, 160), 20, 3))
@@ -213,7 +213,7 @@ def desk(seed: int = 0) -> Scene:
     steel = painted((190, 192, 194))
     surfaces += block(rng, "ruler", (0.31, 0.03, 0.0015), (0.03, -0.24, top + 0.003), 14, steel, scale)
     surfaces += furniture.printed_box(rng, (-0.30, 0.12, top), 16, (0.22, 0.15, 0.17))
-    surfaces += furniture.lying_books(rng, (0.42, 0.14, top), -8, 4)
+    surfaces += books.lying_books(rng, (0.42, 0.14, top), -8, 4)
     surfaces += furniture.mug(rng, (-0.08, 0.00, top), (46, 110, 140), yaw=-35)
     surfaces += furniture.animal(seed, (0.12, 0.02, top + 0.003), -108, 1.15, 0.0026)
     ball = shapes.sphere(0.075, 52).moved(furniture.placed((0.23, 0.27, top + 0.09), 40))

@@ -10,11 +10,11 @@ import pytest
 
 from course_lib.authoring import notebooks as nbs
 from course_lib.authoring.kernels import kernel_environment
+from course_lib.authoring.needed_data import make_side_by_side
 from course_lib.authoring.prove import (
     COPIES,
     Skipped,
     copy_notebooks,
-    make_side_by_side,
     pytest_words,
     skipped_line,
     stub_findings,

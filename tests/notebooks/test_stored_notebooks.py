@@ -9,9 +9,10 @@ from stored import QUICK, TREE, notebooks, sources
 
 from course_lib import tasks
 from course_lib.authoring import notebooks as nbs
-from course_lib.authoring.build import check_agreement, missing_data, orphans, prepare_data
+from course_lib.authoring.build import check_agreement, orphans
 from course_lib.authoring.gates import findings
 from course_lib.authoring.kernels import execute
+from course_lib.authoring.needed_data import missing_data, prepare_data
 from course_lib.authoring.prove import stub_findings
 from course_lib.authoring.tree import Source
 

@@ -7,27 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from course_lib.tasks.core import Case, Misconception, Task, Verdict
-from course_lib.tasks.judges import judge_array, judge_choice, judge_words, quantity, refuse
-from course_lib.tasks.labs.lab_01_rgbd_images import flying_pixels
-from course_lib.tasks.plain import Plain
-
-_MILLIMETRE = 1e-3
-
-
-def _wall_with_things(rng: np.random.Generator, height: int, width: int, holes: float = 0.05) -> np.ndarray:
-    """(height, width) float64 metres, 0 = no data: a slanted wall behind boxes and discs."""
-    v, u = np.indices((height, width))
-    depth = rng.uniform(2.2, 3.6) + rng.uniform(-0.4, 0.4) * u / width + rng.uniform(-0.4, 0.4) * v / height
-    for _ in range(int(rng.integers(3, 6))):
-        z = rng.uniform(0.7, 1.9)
-        cv, cu, size = rng.uniform(0, height), rng.uniform(0, width), rng.uniform(0.1, 0.25) * height
-        box = rng.random() < 0.5
-        inside = np.maximum(abs(v - cv), abs(u - cu)) < size if box else np.hypot(v - cv, u - cu) < size
-        depth = np.where(inside & (z < depth), z, depth)
-    depth[rng.random(depth.shape) < holes] = 0
-    return depth
-
+from course_lib.tasks.core import Case, Misconception, Task
+from course_lib.tasks.judges import judge_array, judge_choice, judge_words
+from course_lib.tasks.labs.lab_01_rgbd_images import flying_pixels, resizing
+from course_lib.tasks.labs.lab_01_rgbd_images.wall import MILLIMETRE, wall_with_things
 
 # Task 1: from depth to range
 
@@ -42,7 +25,7 @@ def _range_cases(rng: np.random.Generator) -> list[Case]:
         cx, cy = (width - 1) / 2, (height - 1) / 2
         if not centred:
             cx, cy = float(cx + rng.uniform(4, 7)), float(cy - rng.uniform(3, 5))
-        depth = _wall_with_things(rng, height, width)
+        depth = wall_with_things(rng, height, width)
         v, u = np.indices(depth.shape)
         rays = np.stack([(u - cx) / f, (v - cy) / f, np.ones(depth.shape)], axis=-1)
         truth = np.linalg.norm(rays * depth[..., None], axis=-1)
@@ -60,7 +43,7 @@ _TASK_1 = Task(
     kind="fill",
     signature="def range_from_depth(depth, f, cx, cy)",
     cases=_range_cases,
-    judge=lambda case, answer: judge_array(answer, case.truth, _MILLIMETRE, "m", what="the range"),
+    judge=lambda case, answer: judge_array(answer, case.truth, MILLIMETRE, "m", what="the range"),
     misconceptions=(
         Misconception(
             "depth for range",
@@ -109,7 +92,7 @@ _TASK_1 = Task(
 def _encoding_cases(rng: np.random.Generator) -> list[Case]:
     cases = []
     for encoding, steps in (("tum", 5000), ("realsense", 1000), ("sun", 1000)):
-        metres = _wall_with_things(rng, 24, 32)
+        metres = wall_with_things(rng, 24, 32)
         metres[:, -4:] = rng.uniform(8.3, 9.8, (24, 4))  # a far end: in SUN's files it needs the bits that rotate
         raw = np.rint(metres * steps).astype(np.uint16)
         truth = raw / steps
@@ -191,99 +174,6 @@ _TASK_2 = Task(
 # Task 3: half the size
 
 
-def _half_cases(rng: np.random.Generator) -> list[Case]:
-    things = _wall_with_things(rng, 24, 32, holes=0.15)
-    lone = np.zeros((6, 8))  # one measured pixel a block at most: picking one of four at random loses it
-    for row, column in ((0, 0), (1, 3), (2, 5), (5, 6)):
-        lone[row, column] = rng.uniform(1, 3)
-    edge = np.where(np.indices((8, 12))[1] < 5, rng.uniform(0.8, 1.2), rng.uniform(2.5, 3.5))
-    return [
-        Case({"depth": things}, {}, "things before a wall, with holes"),
-        Case({"depth": lone}, {}, "four lone pixels"),
-        Case({"depth": edge}, {}, "an outline without holes"),
-    ]
-
-
-def _four(depth: np.ndarray) -> np.ndarray:
-    """(H/2, W/2, 4): the depths that each pixel covers."""
-    return np.stack([depth[i::2, j::2] for i in (0, 1) for j in (0, 1)], axis=-1)
-
-
-def _judge_half(case: Case, answer: Plain) -> Verdict:
-    four = _four(np.asarray(case.given["depth"]))
-    shaped = judge_array(answer, np.zeros(four.shape[:2]), np.inf, "m", what="the small image")
-    if not shaped.passed:
-        return refuse(shaped.message, _MILLIMETRE, "m")
-    small = np.asarray(answer, float)
-    measured = four > 0
-    nearest = np.where(measured, np.abs(four - small[..., None]), np.inf).min(-1)
-    error = np.where(measured.any(-1), nearest, np.abs(small))
-    row, column = np.unravel_index(np.argmax(error), error.shape)
-    worst = float(error[row, column])
-    if worst <= _MILLIMETRE:
-        return Verdict(True, worst, _MILLIMETRE, "m", "depth", "Every pixel is one of the four depths that it covers.")
-    covered = ", ".join(f"{z:.2f}" for z in four[row, column])
-    return Verdict(
-        False,
-        worst,
-        _MILLIMETRE,
-        "m",
-        "depth",
-        f"The pixel in row {row}, column {column} is {quantity(float(small[row, column]), 'm')}, "
-        f"{quantity(worst, 'm')} from any measured depth that it covers ({covered} m; 0 is no data).",
-    )
-
-
-def _half_distance(case: Case, a: Plain, b: Plain) -> float:
-    a, b = np.asarray(a, float), np.asarray(b, float)
-    return float(np.abs(a - b).max() / _MILLIMETRE) if a.shape == b.shape and a.size else np.inf
-
-
-_HALF = "def half_size(depth):\n    h, w = depth.shape\n    blocks = depth.reshape(h // 2, 2, w // 2, 2)\n"
-
-_TASK_3 = Task(
-    id="01-3",
-    title="Mend the small depth image",
-    points=2,
-    version=1,
-    kind="mend",
-    signature="def half_size(depth)",
-    cases=_half_cases,
-    judge=_judge_half,
-    distance=_half_distance,
-    misconceptions=(
-        Misconception(
-            "mixed",
-            "an average of four: at an outline it lies between the near and the far thing, where nothing is",
-            _HALF + "    return blocks.mean(axis=(1, 3))\n",
-        ),
-        Misconception(
-            "measured ones mixed",
-            "an average of the measured ones: zeros are left out, but near and far are still mixed",
-            _HALF + "    n = (blocks > 0).sum(axis=(1, 3))\n"
-            "    return np.where(n > 0, blocks.sum(axis=(1, 3)) / np.maximum(n, 1), 0)\n",
-        ),
-        Misconception(
-            "zero for the nearest",
-            "the smallest of four with zeros among them: no data is not near, leave it out first",
-            _HALF + "    return blocks.min(axis=(1, 3))\n",
-        ),
-        Misconception(
-            "median of four",
-            "the median of four numbers, which is the mean of the middle two: that mixes again",
-            _HALF + "    return np.median(blocks, axis=(1, 3))\n",
-        ),
-        Misconception(
-            "every second pixel",
-            "every second pixel: never a mixture, but a hole where a neighbour was measured",
-            "def half_size(depth):\n    return depth[::2, ::2]\n",
-        ),
-    ),
-    hides=("course_lib.camera.rgbd.resize_depth",),
-    where='lesson 01, "Break it"',
-)
-
-
 # Task 4: which mistake made this?
 
 _CAUSES = {"A": "8 bits", "B": "flipped", "C": "range", "D": "mixed", "E": "tum"}
@@ -337,4 +227,4 @@ _TASK_6 = Task(
     where="lesson 01, section 4 and Break it",
 )
 
-TASKS = (_TASK_1, _TASK_2, _TASK_3, _TASK_4, flying_pixels.TASK, _TASK_6)
+TASKS = (_TASK_1, _TASK_2, resizing.TASK, _TASK_4, flying_pixels.TASK, _TASK_6)

@@ -269,33 +269,3 @@ WHICH_MISTAKES = (
         swapped(CAUSE_OF, CAUSES[0], CAUSES[4]),
     ),
 )
-
-
-def _wrong_thin(expression: str) -> str:
-    return f"def thin_out(points, count):\n    return {expression}\n"
-
-
-THIN_MISTAKES = (
-    Misconception(
-        "the first ones",
-        "the first points of the list: they all come from one part of the scene",
-        _wrong_thin("np.arange(count)"),
-    ),
-    Misconception(
-        "every k-th point",
-        "every k-th point of the list: where the camera saw many points you keep many, and far away hardly any",
-        _wrong_thin("np.arange(count) * (len(points) // count)"),
-        variants=(_wrong_thin("np.linspace(0, len(points) - 1, count).astype(int)"),),
-    ),
-    Misconception(
-        "at random",
-        "points drawn at random: dense parts stay dense, and holes open where there were few",
-        _wrong_thin("np.random.default_rng(0).choice(len(points), count, replace=False)"),
-        variants=(_wrong_thin("np.random.default_rng(0).permutation(len(points))[:count]"),),
-    ),
-    Misconception(
-        "the farthest from the middle",
-        "the points farthest from the middle of the cloud: they lie on its rim; ask how far it is to the chosen points",
-        _wrong_thin("np.argsort(-np.linalg.norm(points - points.mean(axis=0), axis=1))[:count]"),
-    ),
-)

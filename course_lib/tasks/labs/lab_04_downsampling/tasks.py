@@ -10,19 +10,18 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from course_lib.tasks.core import Case, Task, Verdict
-from course_lib.tasks.judges import judge_array, judge_band, judge_choice, judge_words, refuse
+from course_lib.tasks.judges import judge_array, judge_choice, judge_words, refuse
 from course_lib.tasks.labs.lab_04_downsampling.mistakes import (
     CAUSE_OF,
     CAUSES,
     GRID_MISTAKES,
     INDEX_MISTAKES,
     NORMAL_MISTAKES,
-    THIN_MISTAKES,
     WHICH_MISTAKES,
 )
+from course_lib.tasks.labs.lab_04_downsampling.thinning import THIN_MISTAKES, guess_thin, judge_thin, view
 from course_lib.tasks.plain import Plain
 from course_lib.tasks.point_sets import judge_points_set
 from course_lib.tasks.wording import array_problem, measured
@@ -164,50 +163,6 @@ def _judge_normal(case: Case, answer: Plain) -> Verdict:
 
 # ------------------------------------------------------------------------------------------------------------ 5 open
 
-_COUNT = 150
-_GAP_BANDS = ((0.245, 1.0), (0.275, 0.75), (0.330, 0.5), (0.430, 0.25))  # metres: the widest gap
-
-
-def _view(rng: np.random.Generator, count: int = 4000) -> Case:
-    """A cloud as a camera sees it, row by row: a floor, a back wall and a ball, dense where they are near."""
-    u, v = rng.uniform(-0.6, 0.6, count), np.sort(rng.uniform(-0.2, 0.5, count))
-    rays = np.stack([u, v, np.ones(count)], axis=1)
-    with np.errstate(divide="ignore"):
-        depth = np.minimum(np.where(v > 0, 0.9 / v, np.inf), rng.uniform(3.4, 3.6))
-    ball, radius = np.array([rng.uniform(-0.4, 0.4), 0.6, rng.uniform(1.9, 2.2)]), 0.3
-    b, c = rays @ ball, ball @ ball - radius**2
-    a = np.einsum("ij,ij->i", rays, rays)
-    inside = b * b - a * c
-    hit = inside > 0
-    depth[hit] = np.minimum(depth[hit], (b[hit] - np.sqrt(inside[hit])) / a[hit])
-    return Case({"points": rays * depth[:, None], "count": _COUNT}, {}, "a floor, a wall and a ball, seen by a camera")
-
-
-def _judge_thin(case: Case, answer: Plain) -> Verdict:
-    points, count = case.given["points"], case.given["count"]
-    tolerance = _GAP_BANDS[0][0]
-    problem = array_problem(answer, np.zeros(count), "the list of indices", "int", None)
-    if problem:
-        return refuse(problem, tolerance, "m")
-    chosen = np.asarray(answer)
-    if chosen.min() < 0 or chosen.max() >= len(points):
-        return refuse(f"The indices must lie between 0 and {len(points) - 1}.", tolerance, "m")
-    if len(np.unique(chosen)) < count:
-        return refuse(f"Only {len(np.unique(chosen))} of the {count} indices are different.", tolerance, "m")
-    gap = float(cKDTree(points[chosen]).query(points)[0].max())
-    return judge_band(gap, _GAP_BANDS, "m", what="the widest gap")
-
-
-def _guess_thin(rng: np.random.Generator):
-    """A function that draws its points from a random stretch of the list."""
-    seed, share = int(rng.integers(2**31)), float(rng.uniform(0.3, 1.0))
-
-    def thin_out(points, count):
-        most = max(count, int(share * len(points)))
-        return np.random.default_rng(seed).choice(most, count, replace=False)
-
-    return thin_out
-
 
 # -------------------------------------------------------------------------------------------------------------- all
 
@@ -282,10 +237,10 @@ TASKS = (
         version=2,
         kind="open",
         signature="def thin_out(points, count)",
-        cases=lambda rng: [_view(rng)],
-        judge=_judge_thin,
+        cases=lambda rng: [view(rng)],
+        judge=judge_thin,
         misconceptions=THIN_MISTAKES,
-        guess=_guess_thin,
+        guess=guess_thin,
         hides=("course_lib.cloud.downsample.sample_farthest", *_GRIDS),
         where="lesson 04, Going further (farthest point), then this task's hints",
     ),

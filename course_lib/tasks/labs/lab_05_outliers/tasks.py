@@ -11,19 +11,23 @@ from typing import Any
 
 import numpy as np
 
-from course_lib.cloud import clusters, outliers
 from course_lib.tasks.core import Case, Misconception, Task, Verdict
-from course_lib.tasks.judges import judge_array, judge_band, judge_choice, judge_labels, judge_number, judge_words
+from course_lib.tasks.judges import judge_array, judge_choice, judge_labels, judge_number, judge_words
+from course_lib.tasks.labs.lab_05_outliers.cleaning import (
+    CLEAN_MISTAKES,
+    clean_distance,
+    desk,
+    guess_clean,
+    judge_clean,
+)
 from course_lib.tasks.labs.lab_05_outliers.mistakes import (
     CAUSE_OF,
     CAUSES,
-    CLEAN_MISTAKES,
     CUT_MISTAKES,
     DISTANCE_MISTAKES,
     MEND_MISTAKES,
     WHICH_MISTAKES,
 )
-from course_lib.tasks.labs.lab_05_outliers.small_desk import FLYING, THIN, small_desk
 from course_lib.tasks.plain import Plain
 
 
@@ -170,75 +174,6 @@ def _radius_cases(rng: np.random.Generator) -> list[Case]:
 
 # ------------------------------------------------------------------------------------------------------------ 5 open
 
-_CLEAN_BANDS = ((97.0, 1.0), (90.0, 0.75), (80.0, 0.5), (60.0, 0.25))  # F1, per cent
-_THIN_LEAST = 0.95  # of the thin points must stay, or the lowest band is the most
-
-
-def _desk(rng: np.random.Generator) -> Case:
-    points, kinds = small_desk(rng)
-    return Case({"points": points}, {"truth": kinds < FLYING, "kinds": kinds}, f"a desk of {len(points):,} points")
-
-
-def _judge_clean(case: Case, answer: Plain) -> Verdict:
-    form = judge_labels(answer, case.truth, what="the mask")
-    if not np.isfinite(form.error):
-        return form
-    keep, kinds = np.asarray(answer, bool), case.hidden["kinds"]
-    wrong = kinds >= FLYING
-    f1 = float(200 * np.sum(~keep & wrong) / (np.sum(~keep) + np.sum(wrong)))
-    thin = float(np.mean(keep[kinds == THIN]))
-    verdict = judge_band(f1, _CLEAN_BANDS, "%", better="larger", what="F1")
-    told = f"{verdict.message} {_by_kind(keep, kinds)}"
-    if thin < _THIN_LEAST:
-        told += f" For more than the lowest band keep {100 * _THIN_LEAST:.0f} % of rod and cable."
-        if verdict.score > 0.25:
-            return replace(verdict, passed=False, axis="thin structure", message=told, score=0.25)
-    return replace(verdict, message=told)
-
-
-_KINDS = ("surfaces", "rod and cable", "flying pixels", "the reflection", "noise")
-
-
-def _removed(keep: np.ndarray, kinds: np.ndarray) -> np.ndarray:
-    """The share removed (5,) of each kind."""
-    return np.array([np.mean(~keep[kinds == kind]) for kind in range(1, 6)])
-
-
-def _by_kind(keep: np.ndarray, kinds: np.ndarray) -> str:
-    removed = [f"{100 * share:.0f} % of {name}" for share, name in zip(_removed(keep, kinds), _KINDS, strict=True)]
-    left = [f"{100 * (1 - share):.0f} % of {name}" for share, name in zip(_removed(keep, kinds), _KINDS, strict=True)]
-    return f"Left in: {', '.join(left[2:])}. Wrongly removed: {', '.join(removed[:2])}."
-
-
-_ALIKE = np.array([0.02, 0.12, 0.15, 0.2, 0.07])  # shares by kind: two masks that differ less made the same mistake
-
-
-def _clean_distance(case: Case, a: Plain, b: Plain) -> float:
-    if any(np.shape(mask) != np.shape(case.truth) or np.asarray(mask).dtype.kind != "b" for mask in (a, b)):
-        return np.inf
-    shares = [_removed(np.asarray(mask), case.hidden["kinds"]) for mask in (a, b)]
-    allowed = _ALIKE.copy()
-    # of those that cut into surfaces, some cut deeper
-    allowed[0] = max(allowed[0], 0.4 * max(shares[0][0], shares[1][0]))
-    return float(np.max(np.abs(shares[0] - shares[1]) / allowed))
-
-
-def _guess_clean(rng: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:
-    """One of the lesson's three filters with settings drawn at random."""
-    which = int(rng.integers(3))
-    k, ratio = int(rng.integers(2, 40)), float(rng.uniform(0.2, 3))
-    radius, least = float(np.exp(rng.uniform(np.log(0.003), np.log(0.1)))), int(rng.integers(1, 30))
-    size = int(np.exp(rng.uniform(0, np.log(3000))))
-
-    def clean(points: np.ndarray) -> np.ndarray:
-        if which == 0:
-            return outliers.keep_by_statistics(points, k, ratio)
-        if which == 1:
-            return outliers.keep_by_radius(points, radius, least)
-        return clusters.euclidean_clusters(points, radius, size) >= 0
-
-    return clean
-
 
 # -------------------------------------------------------------------------------------------------------------- all
 
@@ -303,13 +238,13 @@ TASKS = (
         version=2,
         kind="open",
         signature="def clean(points)",
-        cases=lambda rng: [_desk(rng)],
-        judge=_judge_clean,
-        distance=_clean_distance,
+        cases=lambda rng: [desk(rng)],
+        judge=judge_clean,
+        distance=clean_distance,
         misconceptions=CLEAN_MISTAKES,
         may_call=("numpy", "scipy.spatial", "scipy.sparse", "scipy.sparse.csgraph"),
         hides=("course_lib.cloud.clusters.euclidean_clusters",),
-        guess=_guess_clean,
+        guess=guess_clean,
         where="lesson 05, section 4 (islands) and section 5 (a pipeline, tuned and reported)",
     ),
     Task(

@@ -280,34 +280,3 @@ WHICH_MISTAKES = (
         swapped(CAUSE_OF, CAUSES[4], CAUSES[1]),
     ),
 )
-
-
-_FIT = (
-    "    middle = points.mean(axis=0)\n"
-    "    vectors = np.linalg.eigh((points - middle).T @ (points - middle))[1]\n"
-    "    normal = vectors[:, 0]\n"
-    "    return np.append(normal, -normal @ middle)\n"
-)
-
-FIND_MISTAKES = (
-    Misconception(
-        "fit to all points",
-        "a fit to all points, in which the farthest weigh most: find out who belongs to the plane first",
-        "def find_plane(points, threshold):\n" + _FIT,
-    ),
-    Misconception(
-        "least squares in z of all points",
-        "least squares in z over all points: errors along z, and of points that do not belong to the plane",
-        "def find_plane(points, threshold):\n"
-        "    columns = np.column_stack([points[:, :2], np.ones(len(points))])\n"
-        "    a, b, c = np.linalg.lstsq(columns, points[:, 2], rcond=None)[0]\n"
-        "    return np.array([a, b, -1.0, c]) / np.sqrt(a * a + b * b + 1)\n",
-    ),
-    Misconception(
-        "far from the middle thrown away",
-        "points far from the middle of all thrown away before a fit: the plane's own lie far out, too; vote instead",
-        "def find_plane(points, threshold):\n"
-        "    far = np.linalg.norm(points - np.median(points, axis=0), axis=1)\n"
-        "    points = points[far <= np.median(far)]\n" + _FIT,
-    ),
-)

@@ -7,7 +7,6 @@ another way than the lab asks for: counting for logarithms, singular values for 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -16,18 +15,19 @@ import numpy as np
 from course_lib.camera import pinhole
 from course_lib.cloud import floors
 from course_lib.tasks.core import Case, Task, Verdict
-from course_lib.tasks.judges import judge_array, judge_band, judge_choice, judge_number, judge_words, refuse
+from course_lib.tasks.judges import judge_array, judge_choice, judge_number, judge_words, refuse
+from course_lib.tasks.labs.lab_06_planes.cluttered_plane import FIND_MISTAKES, cluttered, guess_plane, judge_find
 from course_lib.tasks.labs.lab_06_planes.mistakes import (
     CAUSE_OF,
     CAUSES,
-    FIND_MISTAKES,
     FIT_MISTAKES,
     HEIGHT_MISTAKES,
     TRIES_MISTAKES,
     WHICH_MISTAKES,
 )
+from course_lib.tasks.labs.lab_06_planes.plane_answers import apart, plane_problem, turned
 from course_lib.tasks.plain import Plain
-from course_lib.tasks.wording import array_problem, measured
+from course_lib.tasks.wording import measured
 
 # ------------------------------------------------------------------------------------------------------------ 1 tries
 
@@ -65,15 +65,6 @@ def _tries_cases(rng: np.random.Generator) -> list[Case]:
 _PLANE_TOLERANCE = 2e-4  # metres, at the points and beside them
 
 
-def _turned(rng: np.random.Generator, degrees: float, about: np.ndarray) -> np.ndarray:
-    """(3, 3) rotation by an angle about a direction in the (x, y) plane, after a random turn about z."""
-    a, c = np.radians(degrees), rng.uniform(0, 2 * np.pi)
-    k = about / np.linalg.norm(about)
-    K = np.array([[0, -k[2], k[1]], [k[2], 0, -k[0]], [-k[1], k[0], 0]])
-    R = np.eye(3) + np.sin(a) * K + (1 - np.cos(a)) * K @ K
-    return R @ np.array([[np.cos(c), -np.sin(c), 0], [np.sin(c), np.cos(c), 0], [0, 0, 1]])
-
-
 def _by_singular_values(points: np.ndarray) -> np.ndarray:
     """(4,) plane of least squares by the singular value decomposition of the centred points."""
     middle = points.mean(axis=0)
@@ -91,7 +82,7 @@ def _board_case(
 ) -> Case:
     flat = np.column_stack([rng.uniform(-0.5, 0.5, (120, 2)) * size, np.zeros(120)])
     flat[:3, :2] = np.array([[-0.08, 0.03], [0.09, 0.05], [0.01, -0.07]]) * size  # three close together
-    noisy = flat @ _turned(rng, tilt, np.array([1.0, 0.4, 0.0])).T + rng.normal(0, noise, flat.shape)
+    noisy = flat @ turned(rng, tilt, np.array([1.0, 0.4, 0.0])).T + rng.normal(0, noise, flat.shape)
     return _fit_case(noisy + np.asarray(middle) + rng.uniform(-0.05, 0.05, 3), name)
 
 
@@ -112,34 +103,11 @@ def _fit_cases(rng: np.random.Generator) -> list[Case]:
     ]
 
 
-def _plane_problem(answer: Plain, what: str) -> str:
-    """What keeps an answer from being a plane, in one sentence; "" if nothing."""
-    if isinstance(answer, list) and len(answer) == 2:
-        return "Expected one array of four numbers, got two values, n and d: join them, np.append(n, d)."
-    problem = array_problem(answer, np.zeros(4), what, None, None)
-    if problem:
-        return problem
-    plane = np.asarray(answer, dtype=np.float64)
-    if not np.isfinite(plane).all():
-        return "The plane holds NaN or infinity: expected four finite numbers, n and d."
-    length = float(np.linalg.norm(plane[:3])) if np.abs(plane[:3]).max() < 1e6 else np.inf
-    if abs(length - 1) > 0.01:
-        return f"The normal has length {length:.3g}, expected 1: divide n by it, and d likewise."
-    return ""
-
-
-def _apart(answer: Plain, truth: Plain, around: np.ndarray) -> float:
-    """The largest difference of two planes' distances at some points, in metres; the sign of a plane is free."""
-    a, b = np.asarray(answer, dtype=np.float64), np.asarray(truth, dtype=np.float64)
-    first, second = around @ a[:3] + a[3], around @ b[:3] + b[3]
-    return float(min(np.abs(first - second).max(), np.abs(first + second).max()))
-
-
 def _judge_fit(case: Case, answer: Plain) -> Verdict:
-    problem = _plane_problem(answer, "the plane")
+    problem = plane_problem(answer, "the plane")
     if problem:
         return refuse(problem, _PLANE_TOLERANCE, "m")
-    off = _apart(answer, case.truth, case.hidden["around"])
+    off = apart(answer, case.truth, case.hidden["around"])
     return measured(off, _PLANE_TOLERANCE, "m", "the plane", "around the points")
 
 
@@ -195,56 +163,6 @@ def _height_cases(rng: np.random.Generator, load: Callable[[str], Any]) -> list[
 
 
 # --------------------------------------------------------------------------------------------------------------- 5 open
-
-_FIND_BANDS = ((0.002, 1.0), (0.005, 0.75), (0.015, 0.5), (0.05, 0.25))  # metres, at the rim of the plane
-_THRESHOLD, _NOISE = 0.015, 0.005
-
-
-def _cluttered(rng: np.random.Generator) -> Case:
-    """A plane, 1.6 x 1.2 m, that two points in ten belong to; a smaller one above it, and things in between."""
-    R, at = _turned(rng, float(rng.uniform(30, 45)), np.array([1.0, 0.3, 0.0])), np.array([0.2, 0.1, 2.0])
-    own = np.column_stack([rng.uniform((-0.8, -0.6), (0.8, 0.6), (400, 2)), rng.normal(0, _NOISE, 400)])
-    shelf = np.column_stack([rng.uniform((0.1, -0.5), (0.8, 0.5), (250, 2)), 0.25 + rng.normal(0, _NOISE, 250)])
-    things = rng.uniform((-0.3, -0.8, -0.05), (1.0, 0.8, 0.9), (1350, 3))
-    points = rng.permutation(np.concatenate([own, shelf, things])) @ R.T + at
-    around = np.radians(np.arange(0, 360, 15))
-    rim = np.column_stack([0.8 * np.cos(around), 0.8 * np.sin(around), np.zeros(len(around))]) @ R.T + at
-    truth = np.append(R[:, 2], -R[:, 2] @ at)
-    given = {"points": points, "threshold": _THRESHOLD}
-    return Case(given, {"truth": truth, "around": rim}, "a plane among other things")
-
-
-def _judge_find(case: Case, answer: Plain) -> Verdict:
-    problem = _plane_problem(answer, "the plane")
-    if problem:
-        return refuse(problem, _FIND_BANDS[0][0], "m")
-    off = _apart(answer, case.truth, case.hidden["around"])
-    verdict = judge_band(off, _FIND_BANDS, "m", what="the error at the plane's rim")
-    return replace(verdict, message=f"{verdict.message} {_why_off(case, answer, verdict.score)}".rstrip())
-
-
-def _why_off(case: Case, answer: Plain, score: float) -> str:
-    """What the points say of a plane that is not the best one, in a sentence or two."""
-    points, threshold = case.given["points"], case.given["threshold"]
-    off, true = (points @ plane[:3] + plane[3] for plane in map(np.asarray, (answer, case.truth)))
-    near, most = (int(np.count_nonzero(np.abs(signed) <= threshold)) for signed in (off, true))
-    if score == 1:
-        return ""
-    if score >= 0.25:
-        return "A plane through three noisy points leans: fit to its inliers, collect these again, and fit again."
-    if near < most:
-        return (
-            f"Only {near:,} points lie within the threshold of it, and {most:,} of the true one. Are there enough "
-            "samples? Has the normal length 1, and has the distance lost its sign, before you count?"
-        )
-    return ""
-
-
-def _guess_plane(rng: np.random.Generator) -> Callable[[np.ndarray, float], np.ndarray]:
-    """A function that says a plane through the middle of the points, turned at random."""
-    normal = rng.normal(size=3)
-    normal /= np.linalg.norm(normal)
-    return lambda points, threshold: np.append(normal, -normal @ points.mean(axis=0))
 
 
 # ---------------------------------------------------------------------------------------------------------------- all
@@ -315,11 +233,11 @@ TASKS = (
         version=2,
         kind="open",
         signature="def find_plane(points, threshold)",
-        cases=lambda rng: [_cluttered(rng)],
-        judge=_judge_find,
+        cases=lambda rng: [cluttered(rng)],
+        judge=judge_find,
         misconceptions=FIND_MISTAKES,
         hides=_LIBRARY,
-        guess=_guess_plane,
+        guess=guess_plane,
         where="lesson 06, section 3 (many points agree, the others do not matter)",
     ),
     Task(

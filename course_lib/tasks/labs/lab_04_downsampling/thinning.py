@@ -1,0 +1,87 @@
+"""Task 5 of lab 04: thin a cloud so that the widest gap is small."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from course_lib.tasks.core import Case, Misconception, Verdict
+from course_lib.tasks.judges import judge_band, refuse
+from course_lib.tasks.plain import Plain
+from course_lib.tasks.wording import array_problem
+
+COUNT = 150
+
+
+_GAP_BANDS = ((0.245, 1.0), (0.275, 0.75), (0.330, 0.5), (0.430, 0.25))  # metres: the widest gap
+
+
+def view(rng: np.random.Generator, count: int = 4000) -> Case:
+    """A cloud as a camera sees it, row by row: a floor, a back wall and a ball, dense where they are near."""
+    u, v = rng.uniform(-0.6, 0.6, count), np.sort(rng.uniform(-0.2, 0.5, count))
+    rays = np.stack([u, v, np.ones(count)], axis=1)
+    with np.errstate(divide="ignore"):
+        depth = np.minimum(np.where(v > 0, 0.9 / v, np.inf), rng.uniform(3.4, 3.6))
+    ball, radius = np.array([rng.uniform(-0.4, 0.4), 0.6, rng.uniform(1.9, 2.2)]), 0.3
+    b, c = rays @ ball, ball @ ball - radius**2
+    a = np.einsum("ij,ij->i", rays, rays)
+    inside = b * b - a * c
+    hit = inside > 0
+    depth[hit] = np.minimum(depth[hit], (b[hit] - np.sqrt(inside[hit])) / a[hit])
+    return Case({"points": rays * depth[:, None], "count": COUNT}, {}, "a floor, a wall and a ball, seen by a camera")
+
+
+def judge_thin(case: Case, answer: Plain) -> Verdict:
+    points, count = case.given["points"], case.given["count"]
+    tolerance = _GAP_BANDS[0][0]
+    problem = array_problem(answer, np.zeros(count), "the list of indices", "int", None)
+    if problem:
+        return refuse(problem, tolerance, "m")
+    chosen = np.asarray(answer)
+    if chosen.min() < 0 or chosen.max() >= len(points):
+        return refuse(f"The indices must lie between 0 and {len(points) - 1}.", tolerance, "m")
+    if len(np.unique(chosen)) < count:
+        return refuse(f"Only {len(np.unique(chosen))} of the {count} indices are different.", tolerance, "m")
+    gap = float(cKDTree(points[chosen]).query(points)[0].max())
+    return judge_band(gap, _GAP_BANDS, "m", what="the widest gap")
+
+
+def guess_thin(rng: np.random.Generator):
+    """A function that draws its points from a random stretch of the list."""
+    seed, share = int(rng.integers(2**31)), float(rng.uniform(0.3, 1.0))
+
+    def thin_out(points, count):
+        most = max(count, int(share * len(points)))
+        return np.random.default_rng(seed).choice(most, count, replace=False)
+
+    return thin_out
+
+
+def _wrong_thin(expression: str) -> str:
+    return f"def thin_out(points, count):\n    return {expression}\n"
+
+
+THIN_MISTAKES = (
+    Misconception(
+        "the first ones",
+        "the first points of the list: they all come from one part of the scene",
+        _wrong_thin("np.arange(count)"),
+    ),
+    Misconception(
+        "every k-th point",
+        "every k-th point of the list: where the camera saw many points you keep many, and far away hardly any",
+        _wrong_thin("np.arange(count) * (len(points) // count)"),
+        variants=(_wrong_thin("np.linspace(0, len(points) - 1, count).astype(int)"),),
+    ),
+    Misconception(
+        "at random",
+        "points drawn at random: dense parts stay dense, and holes open where there were few",
+        _wrong_thin("np.random.default_rng(0).choice(len(points), count, replace=False)"),
+        variants=(_wrong_thin("np.random.default_rng(0).permutation(len(points))[:count]"),),
+    ),
+    Misconception(
+        "the farthest from the middle",
+        "the points farthest from the middle of the cloud: they lie on its rim; ask how far it is to the chosen points",
+        _wrong_thin("np.argsort(-np.linalg.norm(points - points.mean(axis=0), axis=1))[:count]"),
+    ),
+)
