@@ -60,6 +60,28 @@ def number(value: float, what: str) -> float:
     return float(array)
 
 
+def positive(value: float, what: str, of: str = "length in the unit of the points") -> float:
+    """Return `value` as one finite float above 0."""
+    one = number(value, what)
+    if one <= 0:
+        raise ValueError(f"{what}: expected a positive {of}, got {one:g}.")
+    return one
+
+
+def reach(value: float, what: str) -> float:
+    """Return `value` as a float above 0, which may be infinite."""
+    return np.inf if isinstance(value, float) and value == np.inf else positive(value, what)
+
+
+def whole(value: int, what: str, least: int = 1, most: int | None = None, of: str = "") -> int:
+    """Return `value` if it is a whole number (of pixels, or the like) from `least` to `most`."""
+    right = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    if not right or value < least or (most is not None and value > most):
+        which = f"from {least} on" if most is None else f"from {least} to {most}"
+        raise ValueError(f"{what}: expected a whole number {f'of {of} ' if of else ''}{which}, got {value!r}.")
+    return int(value)
+
+
 def last_axis(values: ArrayLike, size: int, what: str) -> NDArray:
     """Return `values` as floats of shape (..., size): float32 stays float32, everything else becomes float64."""
     array = numbers(values, what)
@@ -124,6 +146,27 @@ def cloud_points(points: ArrayLike, what: str = "points") -> NDArray:
     return array
 
 
+def finite_points(points: ArrayLike, what: str = "points") -> NDArray[np.float64]:
+    """Return `points` as finite (N, 3) float64, N ≥ 1, C-contiguous.
+
+    Raises
+    ------
+    ValueError
+        If the shape is another, there are none, or one is NaN or infinite.
+    """
+    array = cloud_points(points, what)
+    # one sum tells of NaN and infinity without a mask of every number
+    with np.errstate(invalid="ignore", over="ignore"):
+        total = array.sum(dtype=np.float64)
+    if not np.isfinite(total):
+        bad = np.count_nonzero(~np.isfinite(array).all(axis=1))
+        if bad:
+            raise ValueError(
+                f"{what}: {bad} of {len(array)} are NaN or infinite; drop them first (pointcloud.drop_nan)."
+            )
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
 def colors_uint8(colors: ArrayLike, shape: tuple[int, ...], what: str = "colors") -> NDArray[np.uint8]:
     """Return RGB `colors` of exactly `shape` as uint8; refuse other types (0–1 floats are named as such)."""
     array = numbers(colors, what)
@@ -183,6 +226,4 @@ def check_rotation(R: NDArray[np.float64], name: str) -> None:
 
 def size(value: int, what: str) -> int:
     """Return `value` as a positive whole number of pixels."""
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value <= 0:
-        raise ValueError(f"{what}: expected a positive whole number of pixels, got {value!r}.")
-    return int(value)
+    return whole(value, what, of="pixels")

@@ -1,8 +1,7 @@
 """Benchmarks of lesson 03: lifting a 1280x720 depth image with 8 % holes, against Open3D's legacy cloud.
 
-`cases()` is all that `course bench` needs. Both sides get the same float32 image in metres and the same intrinsics,
-do one frame a call, and allocate their result. Set the threads with `o3d.utility.set_max_threads(n)` before timing,
-and say n beside the ratio; ours uses one thread whatever is set. Run the two sides in turns and compare medians.
+Both sides get the same float32 image in metres and the same intrinsics, do one frame a call, and allocate their result.
+Ours uses one thread whatever is set.
 
 Open3D is measured at whichever of its two ways is the faster one for the case: `project_valid_depth_only=False` also
 returns a point (of NaN) for every pixel and is what the organised cloud is compared with; the compact cloud is compared
@@ -64,18 +63,18 @@ def cases() -> list[Case]:
     return [
         Case(
             "deproject 1280x720, organised float32",
-            0.5,
+            (0.5, 0.5),
             lambda: pinhole.deproject(depth, camera),
-            lambda: open3d(False),
-            "Open3D legacy, project_valid_depth_only=False: one point a pixel, as ours",
+            {"Open3D": lambda: open3d(False)},
+            "Open3D's legacy create_from_depth_image, project_valid_depth_only=False: one point a pixel, as ours",
             organised_agrees,
         ),
         Case(
             "deproject 1280x720, compact float64",
-            1.5,
+            (1.5, 1.5),
             lambda: pinhole.deproject_compact(depth, camera),
-            lambda: open3d(True),
-            "Open3D legacy, the same points in the same order",
+            {"Open3D": lambda: open3d(True)},
+            "Open3D's legacy create_from_depth_image, the same points in the same order",
             compact_agrees,
         ),
     ]

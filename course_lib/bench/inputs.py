@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import open3d as o3d
 
 NOISE = 0.01  # metres
 SIDE = 20.0  # metres, at DENSITY_POINTS points
@@ -53,3 +54,8 @@ def plane_among_points(n: int, seed: int, share: float = 0.6, noise: float = 0.0
     on = np.column_stack([xy, 0.3 * xy[:, 0] - 0.2 * xy[:, 1] + 1.0 + rng.normal(0, noise, inside)])
     off = rng.uniform((-5, -5, -3), (5, 5, 5), (n - inside, 3))
     return rng.permutation(np.vstack([on, off]))
+
+
+def open3d_cloud(points: np.ndarray) -> o3d.geometry.PointCloud:
+    """Open3D's legacy cloud of points (N, 3)."""
+    return o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points))

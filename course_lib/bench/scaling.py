@@ -9,8 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["Growth", "Scaling", "fit_exponent", "grow"]
-
+EXPONENT = 1.25  # of what sorts and searches: n log n over two powers of ten, and caches that no longer hold it
 SIZES = (10_000, 30_000, 100_000, 300_000, 1_000_000)
 ROUNDS = 3  # of each size, the sizes in turns; the fastest run counts, as only it was not disturbed
 SHORTEST_S = 0.05  # a job is repeated until it took at least this long, so that small sizes are not all clock and start
@@ -31,6 +30,18 @@ class Scaling(NamedTuple):
     bound: float
     make: Callable[[int], Callable[[], object]]
     sizes: tuple[int, ...] = SIZES
+
+
+def over(
+    points: Callable[..., np.ndarray], density: float, job: Callable[[np.ndarray], object]
+) -> Callable[[int], Callable[[], object]]:
+    """What `Scaling.make` wants: a job over points that are drawn by `points(n, seed, density)`."""
+
+    def make(n: int) -> Callable[[], object]:
+        drawn = points(n, 9, density)
+        return lambda: job(drawn)
+
+    return make
 
 
 @dataclass(frozen=True)

@@ -41,9 +41,8 @@ def keep_supported(depth: ArrayLike, tolerance: float, least: int = 3) -> NDArra
     [[1, 1, 0], [1, 1, 0]]
     """
     inverse = _inverse(depth)
-    limit = _positive(tolerance)
-    if isinstance(least, bool) or not isinstance(least, (int, np.integer)) or not 1 <= least <= 8:
-        raise ValueError(f"least: expected a whole number of pixels from 1 to 8, got {least!r}.")
+    limit = checks.positive(tolerance, "tolerance", "number of 1/m")
+    least = checks.whole(least, "least", 1, 8, of="pixels")
     padded = np.pad(inverse, 1, constant_values=np.nan)
     height, width = inverse.shape
     support = np.zeros(inverse.shape, dtype=np.int8)
@@ -79,9 +78,8 @@ def keep_large_patches(depth: ArrayLike, tolerance: float, least: int) -> NDArra
     [[1, 1, 0], [1, 1, 0]]
     """
     inverse = _inverse(depth)
-    limit = _positive(tolerance)
-    if isinstance(least, bool) or not isinstance(least, (int, np.integer)) or least < 1:
-        raise ValueError(f"least: expected a whole number of pixels of at least 1, got {least!r}.")
+    limit = checks.positive(tolerance, "tolerance", "number of 1/m")
+    least = checks.whole(least, "least", of="pixels")
     steps = np.nan_to_num(np.rint(inverse / limit * 16), nan=0.0) + 33  # OpenCV compares whole numbers of 16 bits
     if steps.max() > np.iinfo(np.int16).max:
         raise ValueError(f"tolerance: {limit:g} 1/m is too fine for depths as near as {1 / np.nanmax(inverse):g} m.")
@@ -89,7 +87,7 @@ def keep_large_patches(depth: ArrayLike, tolerance: float, least: int) -> NDArra
     measured = image > 0  # no data is two tolerances from the farthest pixel: a patch of its own
     cleaned = image.copy()
     # patches of up to maxSpeckleSize pixels are overwritten; no data is a patch of its own and stays what it is
-    cv2.filterSpeckles(cleaned, -1, int(least) - 1, 16)
+    cv2.filterSpeckles(cleaned, -1, least - 1, 16)
     return measured & (cleaned > 0)
 
 
@@ -101,10 +99,3 @@ def _inverse(depth: ArrayLike) -> NDArray[np.float64]:
     image = image.astype(np.float64)
     there = np.isfinite(image) & (image > 0)
     return np.where(there, 1.0 / np.where(there, image, 1.0), np.nan)
-
-
-def _positive(tolerance: float) -> float:
-    value = checks.number(tolerance, "tolerance")
-    if value <= 0:
-        raise ValueError(f"tolerance: expected a positive number of 1/m, got {value:g}.")
-    return value

@@ -17,11 +17,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from course_lib import checks
-from course_lib.cloud.neighbours import finite_points
+from course_lib.checks import finite_points
+from course_lib.cloud.grid import LARGEST, Runs, cells_of, runs_of
+from course_lib.compiled import in_threads, threads
 
 __all__ = ["VoxelGrid", "sample_farthest", "sample_random", "sample_uniform", "voxel_downsample", "voxel_grid"]
 
-LARGEST = 2.0**52  # the number of a cube beyond this has no exact neighbour in float64
+MANY = 100_000  # points; fewer are as quickly sorted by NumPy alone
+PARTS = 8  # of the sorted points for each thread
 
 
 class VoxelGrid(NamedTuple):
@@ -70,8 +73,8 @@ def voxel_grid(points: ArrayLike, size: float, origin: ArrayLike = (0.0, 0.0, 0.
     """
     array = finite_points(points)
     start = checks.vector(origin, 3, "origin")
-    cells = _cells(np.ascontiguousarray(array.T), size, start)
-    runs = _runs(cells)
+    cells = cells_of(np.ascontiguousarray(array.T), _edge(size), start)
+    runs = runs_of(cells)
     first = runs.order[runs.start]
     index = np.stack([cell[first] for cell in cells], axis=1)
     return VoxelGrid(runs.of_points(), index, runs.count, start, _edge(size))
@@ -111,75 +114,50 @@ def voxel_downsample(
         off = np.linalg.norm(array - grid.centres[grid.voxel], axis=1)
         order = np.lexsort((off, grid.voxel))
         return array[order[np.concatenate([[0], np.cumsum(grid.count)[:-1]])]]
-    columns = np.ascontiguousarray(array.T)  # axis by axis, memory is read in its order
-    return _centroids(columns, _runs(_cells(columns, size, start)))
-
-
-class _Runs(NamedTuple):
-    """Points sorted by cube: those of cube i are `order[start[i]:start[i] + count[i]]`, in ascending order."""
-
-    order: NDArray[np.intp]
-    start: NDArray[np.intp]
-    count: NDArray[np.intp]
-
-    def of_points(self) -> NDArray[np.intp]:
-        """(N,) the cube of each point."""
-        cube = np.empty(len(self.order), dtype=np.intp)
-        cube[self.order] = np.repeat(np.arange(len(self.start)), self.count)
-        return cube
-
-
-def _cells(columns: NDArray[np.float64], size: float, origin: NDArray[np.float64]) -> list[NDArray[np.int64]]:
-    """The cube of each point along each axis. Rounded down: int() would put both sides of the origin into one cube."""
     edge = _edge(size)
-    cells = []
-    for column, begin in zip(columns, origin, strict=True):
-        cell = column - begin
-        with np.errstate(over="ignore"):
-            cell /= edge
-        np.floor(cell, out=cell)
-        if not (cell.min() > -LARGEST and cell.max() < LARGEST):
-            raise ValueError(f"size: {edge:g} makes more cubes than can be counted; is it in the unit of the points?")
-        cells.append(cell.astype(np.int64))
-    return cells
+    if len(array) >= MANY and (means := _centroids_in_threads(array, edge, start)) is not None:
+        return means
+    columns = np.ascontiguousarray(array.T)  # axis by axis, memory is read in its order
+    return _centroids(columns, runs_of(cells_of(columns, edge, start)))
 
 
-def _runs(cells: list[NDArray[np.int64]]) -> _Runs:
-    """Sort points by cube, x first. A cube's number and a point's are packed into one integer, which sorts fastest.
+def _centroids_in_threads(
+    points: NDArray[np.float64], size: float, origin: NDArray[np.float64]
+) -> NDArray[np.float64] | None:
+    """The same means as `_centroids`; None where the numbers of a cube and of a point do not fit into one integer."""
+    from course_lib.cloud.downsample_loops import cube_numbers, means_of_cubes, reaches
 
-    Memory grows with the points, never with the space: where the numbers of cubes do not fit, only those in use count.
-    """
-    size = len(cells[0])
-    low_bits = max(size - 1, 1).bit_length()
-    most = 1 << (63 - low_bits)
-    key, room = np.zeros(size, dtype=np.int64), 1
-    for cell in cells:
-        low, high = int(cell.min()), int(cell.max())
-        if room * (high - low + 1) >= most:
-            key, room = _ranks(key)
-        if room * (high - low + 1) >= most:
-            cell, high = _ranks(cell)
-            low, high = 0, high - 1
-        key *= high - low + 1
-        key += cell
-        key -= low
-        room *= high - low + 1
-    key <<= low_bits
-    key |= np.arange(size)
+    parts = np.linspace(0, len(points), PARTS * threads() + 1).astype(np.int64)
+    count = len(parts) - 1
+    ends = np.empty((2, count, 3))
+    in_threads(lambda a, b: [reaches(points, parts[i], parts[i + 1], *ends[:, i]) for i in range(a, b)], count)
+    low, high = ends[0].min(axis=0), ends[1].max(axis=0)
+    first, last = np.floor((low - origin) / size), np.floor((high - origin) / size)
+    bits = (len(points) - 1).bit_length()
+    if np.abs([first, last]).max() >= LARGEST or np.prod(last - first + 1) >= 2.0 ** (62 - bits):
+        return None
+    wide, key = (last - first + 1).astype(np.int64), np.empty(len(points), dtype=np.int64)
+    number = (points, origin, size, first.astype(np.int64), wide, bits)
+    in_threads(lambda a, b: cube_numbers(*number, a, b, key), len(points))
     key.sort()
-    order = (key & ((1 << low_bits) - 1)).astype(np.intp)
-    key >>= low_bits
-    start = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]]))
-    return _Runs(order, start, np.diff(start, append=size))
+    found = np.zeros(count + 1, dtype=np.int64)
+    means = np.empty((0, 3))
+
+    def count_or_write(a: int, b: int, write: bool) -> None:
+        for i in range(a, b):
+            row = found[i] if write else -1
+            cubes = means_of_cubes(key, points, low, bits, parts[i], parts[i + 1], row, means)
+            if not write:
+                found[i + 1] = cubes
+
+    in_threads(lambda a, b: count_or_write(a, b, False), count)
+    np.cumsum(found, out=found)
+    means = np.empty((found[-1], 3))
+    in_threads(lambda a, b: count_or_write(a, b, True), count)
+    return means
 
 
-def _ranks(numbers: NDArray[np.int64]) -> tuple[NDArray[np.int64], int]:
-    """The same order in smaller numbers: the rank of each among those that occur, and how many occur."""
-    used, rank = np.unique(numbers, return_inverse=True)
-    return rank.reshape(-1).astype(np.int64), len(used)
-
-
-def _centroids(columns: NDArray[np.float64], runs: _Runs) -> NDArray[np.float64]:
+def _centroids(columns: NDArray[np.float64], runs: Runs) -> NDArray[np.float64]:
     """The mean of each cube's points, counted from the lowest one, so that far-away clouds keep their digits.
 
     Points are read in their order and added to sums, of which there are few: fetching them cube by cube, from all over
@@ -214,7 +192,9 @@ def sample_random(points: ArrayLike, count: int, seed: int) -> NDArray[np.intp]:
     2
     """
     array = finite_points(points)
-    return np.sort(np.random.default_rng(seed).choice(len(array), _count(count, len(array)), replace=False))
+    return np.sort(
+        np.random.default_rng(seed).choice(len(array), checks.whole(count, "count", 1, len(array)), replace=False)
+    )
 
 
 def sample_uniform(points: ArrayLike, step: int) -> NDArray[np.intp]:
@@ -231,9 +211,7 @@ def sample_uniform(points: ArrayLike, step: int) -> NDArray[np.intp]:
     [0, 2]
     """
     array = finite_points(points)
-    if isinstance(step, bool) or not isinstance(step, (int, np.integer)) or step < 1:
-        raise ValueError(f"step: expected a whole number of at least 1, got {step!r}.")
-    return np.arange(0, len(array), int(step))
+    return np.arange(0, len(array), checks.whole(step, "step"))
 
 
 def sample_farthest(points: ArrayLike, count: int, start: int = 0) -> NDArray[np.intp]:
@@ -256,7 +234,7 @@ def sample_farthest(points: ArrayLike, count: int, start: int = 0) -> NDArray[np
     [0, 3, 2]
     """
     array = finite_points(points)
-    chosen = np.empty(_count(count, len(array)), dtype=np.intp)
+    chosen = np.empty(checks.whole(count, "count", 1, len(array)), dtype=np.intp)
     if not 0 <= start < len(array):
         raise ValueError(f"start: there is no point {start}; there are {len(array)}.")
     nearest = np.full(len(array), np.inf)
@@ -267,9 +245,3 @@ def sample_farthest(points: ArrayLike, count: int, start: int = 0) -> NDArray[np
         if nearest[chosen[i]] == 0:
             raise ValueError(f"points: they lie in {i} different places, {len(chosen)} were asked for; ask for fewer.")
     return chosen
-
-
-def _count(count: int, most: int) -> int:
-    if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or not 1 <= count <= most:
-        raise ValueError(f"count: expected a whole number from 1 to {most}, got {count!r}.")
-    return int(count)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from course_lib import checks
-from course_lib.cloud.neighbours import finite_points
+from course_lib.checks import finite_points
 from course_lib.cloud.planes import Plane, find_planes
 
 __all__ = ["find_floor", "heights_above", "remove_floor"]
@@ -117,9 +117,7 @@ def remove_floor(
     [False, True, False]
     """
     floor = find_floor(points, threshold, up, most_degrees, seed)
-    height = 2 * threshold if clearance is None else checks.number(clearance, "clearance")
-    if height <= 0:
-        raise ValueError(f"clearance: expected a positive height in the unit of the points, got {height:g}.")
+    height = 2 * threshold if clearance is None else checks.positive(clearance, "clearance")
     return heights_above(points, floor, up) > height
 
 

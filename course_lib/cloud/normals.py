@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from course_lib import checks
-from course_lib.cloud.neighbours import Neighbours, finite_points
+from course_lib.checks import finite_points
+from course_lib.cloud.neighbours import Neighbours
+from course_lib.compiled import in_threads
 
 __all__ = ["Surfels", "estimate_normals", "fit_surfels", "orient_normals", "smallest_eigenvectors"]
 
@@ -20,7 +22,7 @@ FLAT = 1e-12  # a second eigenvalue below this share of the largest: the neighbo
 ROUNDING = 16 * np.finfo(np.float64).eps  # of a coordinate and of what is computed from it, as a share of its size
 ROUNDING_FLOAT32 = 4 * np.finfo(np.float32).eps  # of a coordinate that came in single precision
 NEARLY_A_LINE = 1 - 1e-6  # from here on the closed form loses digits, and the slower solver takes over
-BLOCK = 1 << 13  # points at a time: the coordinates of their neighbours stay in the cache
+BLOCK = 1 << 13  # points at a time, so that what is computed of them stays in the cache
 
 
 class Surfels(NamedTuple):
@@ -132,32 +134,25 @@ def _surfels(points: ArrayLike, k: int, radius: float, rounding: float) -> Surfe
     near = Neighbours(points)
     if len(near) < 3:
         raise ValueError(f"points: a plane needs 3 of them, there are {len(near)}.")
-    if isinstance(k, bool) or not isinstance(k, (int, np.integer)) or k < 3:
-        raise ValueError(f"k: a plane needs at least 3 neighbours, got {k!r}.")
+    k = checks.whole(k, "k", 3, of="neighbours")
+    six, count = near.covariances(min(k, len(near)), checks.reach(radius, "radius"))
     normals, variation = np.empty((len(near), 3)), np.empty(len(near))
-    for index, distance, place in near.self_nearest(min(int(k), len(near)), radius, block=BLOCK):
-        normals[index], variation[index] = _planes(near.sorted, distance, place, rounding)
+
+    def job(start: int, stop: int) -> None:
+        for begin in range(start, stop, BLOCK):
+            part = slice(begin, min(begin + BLOCK, stop))
+            normals[part], variation[part] = _planes(six[part], count[part], near.points[part], rounding)
+
+    in_threads(job, len(near), BLOCK)
     return Surfels(normals, variation)
 
 
 def _planes(
-    points: NDArray[np.float64], distance: NDArray[np.float64], place: NDArray[np.intp], rounding: float
+    six: NDArray[np.float64], count: NDArray[np.intp], points: NDArray[np.float64], rounding: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Normals and variations of a block: the eigenvectors of its covariances."""
-    there = np.isfinite(distance)
-    complete = bool(there.all())
-    found = place if complete else np.where(there, place, place[:, :1])
-    count = np.full(len(place), place.shape[1]) if complete else there.sum(axis=1)
-    own = points[place[:, 0]]
-    # coordinates about each point itself, so that the digits of far-away clouds are not lost; missing ones are zero
-    x, y, z = ((points[:, axis].take(found) - own[:, axis, None]) for axis in range(3))
-    share = 1.0 / count
-    mean = [each.sum(axis=1) * share for each in (x, y, z)]
-    offsets, six = (x, y, z), np.empty((6, len(place)))
-    for row, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
-        six[row] = np.einsum("nk,nk->n", offsets[i], offsets[j]) * share - mean[i] * mean[j]
-    normals, values = smallest_eigenvectors(six)
-    digits = (rounding * np.abs(own).max(axis=1)) ** 2  # a spread below that of the digits of the coordinates
+    normals, values = smallest_eigenvectors(six.T)
+    digits = (rounding * np.abs(points).max(axis=1)) ** 2  # a spread below that of the digits of the coordinates
     line = (count < 3) | (values[1] <= np.maximum(FLAT * values[2], digits))
     variation = values[0] / np.where(line, 1, values.sum(axis=0))
     normals[line], variation[line] = np.nan, np.nan

@@ -45,11 +45,7 @@ def mean_distances(points: ArrayLike, k: int = 20) -> NDArray[np.float64]:
     near = Neighbours(points)
     if len(near) < 2:
         raise ValueError("points: one point has no neighbours; give two or more.")
-    k = _whole(k, "k")
-    mean = np.empty(len(near))
-    for index, distance, _ in near.self_nearest(min(k, len(near) - 1) + 1):
-        mean[index] = distance[:, 1:].mean(axis=1)
-    return mean
+    return near.mean_distances(min(checks.whole(k, "k"), len(near) - 1))
 
 
 def keep_by_statistics(points: ArrayLike, k: int = 20, std_ratio: float = 2.0) -> NDArray[np.bool_]:
@@ -78,9 +74,7 @@ def keep_by_statistics(points: ArrayLike, k: int = 20, std_ratio: float = 2.0) -
     >>> keep_by_statistics([[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0], [40, 0, 0]], k=2, std_ratio=1.0).tolist()
     [True, True, True, True, False]
     """
-    ratio = checks.number(std_ratio, "std_ratio")
-    if ratio <= 0:
-        raise ValueError(f"std_ratio: expected a positive number of standard deviations, got {ratio:g}.")
+    ratio = checks.positive(std_ratio, "std_ratio", "number of standard deviations")
     mean = mean_distances(points, k)
     middle, deviation = mean.mean(), mean.std(ddof=1)
     # distances that differ by rounding only, of themselves or of the coordinates, have no outliers among them
@@ -115,24 +109,7 @@ def keep_by_radius(points: ArrayLike, radius: float, least: int = 16) -> NDArray
     >>> keep_by_radius([[0, 0, 0], [0.1, 0, 0], [5, 0, 0]], radius=0.2, least=1).tolist()
     [True, True, False]
     """
-    least = _whole(least, "least")
+    least = checks.whole(least, "least")
     near = Neighbours(points)
-    keep = np.zeros(len(near), dtype=bool)
-    if least >= len(near):
-        _check_radius(radius)
-        return keep
-    for index, distance, _ in near.self_nearest(least + 1, radius):
-        keep[index] = np.isfinite(distance[:, least])
-    return keep
-
-
-def _check_radius(radius: float) -> None:
-    """Raise ValueError unless the radius is a positive length."""
-    if checks.number(radius, "radius") <= 0:
-        raise ValueError(f"radius: expected a positive length in the unit of the points, got {radius!r}.")
-
-
-def _whole(value: int, what: str) -> int:
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
-        raise ValueError(f"{what}: expected a whole number of at least 1, got {value!r}.")
-    return int(value)
+    reach = checks.positive(radius, "radius")
+    return near.crowded(reach, least) if least < len(near) else np.zeros(len(near), dtype=bool)

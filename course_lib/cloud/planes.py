@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from course_lib import checks
-from course_lib.cloud.neighbours import finite_points
+from course_lib.checks import finite_points
 
 __all__ = ["Plane", "find_plane", "find_planes", "fit_plane", "iterations_needed"]
 
@@ -132,8 +132,7 @@ def iterations_needed(inlier_share: float, sample: int = 3, confidence: float = 
     19
     """
     w, p = checks.number(inlier_share, "inlier_share"), checks.number(confidence, "confidence")
-    if isinstance(sample, bool) or not isinstance(sample, (int, np.integer)) or sample < 1:
-        raise ValueError(f"sample: expected a whole number of points from 1 on, got {sample!r}.")
+    sample = checks.whole(sample, "sample", of="points")
     if not 0 < p < 1:
         raise ValueError(f"confidence: expected a probability in (0, 1), got {confidence!r}.")
     if not 0 < w <= 1 or (good := w**sample) < 1e-300:
@@ -179,9 +178,7 @@ def find_plane(
     array = finite_points(points)
     if len(array) < 3:
         raise ValueError(f"points: a plane needs 3 of them, there are {len(array)}.")
-    reach = checks.number(threshold, "threshold")
-    if reach <= 0:
-        raise ValueError(f"threshold: expected a positive distance in the unit of the points, got {reach:g}.")
+    reach = checks.positive(threshold, "threshold")
     local = array - (start := array[0])
     rounding = 8 * np.finfo(np.float64).eps * float(np.abs(array).max())
     best = _hypothesis(local, reach, np.random.default_rng(seed), confidence, rounding)

@@ -20,9 +20,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from course_lib import checks
-from course_lib.cloud.neighbours import finite_points, morton_order
+from course_lib.checks import finite_points
+from course_lib.cloud.grid import order_in_space
 from course_lib.geometry import rotations, transforms
-from course_lib.registration.correspondences import Partners
+from course_lib.registration.correspondences import Correspondences
+from course_lib.registration.pair_sums import pair_sums, plane_sums
 from course_lib.registration.robust import KERNELS, robust_weights
 
 __all__ = ["IcpResult", "IcpStep", "fit_rigid", "fit_rigid_to_planes", "icp"]
@@ -94,21 +96,17 @@ def fit_rigid(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = 
         raise ValueError(f"source: a rigid motion needs 3 pairs of points, there are {len(p)}.")
     start_p, start_q = np.eye(4), np.eye(4)
     start_p[:3, 3], start_q[:3, 3] = -p[0], q[0]  # about one of the points, so that sums of products keep their digits
-    T = _fit_rigid((p - p[0]).T, (q - q[0]).T, w)
+    T = _rigid_of(pair_sums(p - p[0], q - q[0], np.arange(len(p)), w))
     if T is None:
         raise ValueError("source: the points lie on a line (or are all equal), and any turn about it fits as well.")
     return transforms.compose(start_q, T, start_p)
 
 
-def _fit_rigid(
-    p: NDArray[np.float64], q: NDArray[np.float64], w: NDArray[np.float64] | None
-) -> NDArray[np.float64] | None:
-    """The motion from p to q (3, N), both about some point near them; None where the pairs leave a turn open."""
-    weighted, total = (p, p.shape[1]) if w is None else (p * w, w.sum())
-    mean_p, mean_q = weighted.sum(axis=1) / total, (q if w is None else q * w).sum(axis=1) / total
-    # einsum and not @ here and below: see Partners
-    cross = np.einsum("in,jn->ij", q, weighted) - total * np.outer(mean_q, mean_p)
-    U, s, Vt = np.linalg.svd(cross)
+def _rigid_of(sums: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """The motion from p to q, from `pair_sums` about some point near them; None where the pairs leave a turn open."""
+    total = sums[3, 3]
+    mean_p, mean_q = sums[3, :3] / total, sums[:3, 3] / total
+    U, s, Vt = np.linalg.svd(sums[:3, :3] - total * np.outer(mean_q, mean_p))
     if s[1] <= RANK * s[0] or s[0] == 0:
         return None
     guard = np.diag([1.0, 1.0, np.sign(np.linalg.det(U) * np.linalg.det(Vt))])
@@ -150,25 +148,22 @@ def fit_rigid_to_planes(
         raise ValueError("normals: some are NaN or not of length 1; leave those pairs out.")
     if len(p) < 6:
         raise ValueError(f"source: a step to planes has 6 unknowns and needs 6 pairs, there are {len(p)}.")
-    return _fit_planes(p.T, q.T, n.T, w)
+    about = np.eye(4)  # about one of the points, as in `fit_rigid`
+    about[:3, 3] = p[0]
+    step = _to_planes_of(*plane_sums(p - p[0], q - p[0], n, np.arange(len(p)), w))
+    return transforms.compose(about, step, transforms.invert(about))
 
 
-def _fit_planes(
-    p: NDArray[np.float64], q: NDArray[np.float64], n: NDArray[np.float64], w: NDArray[np.float64] | None
-) -> NDArray[np.float64]:
-    """One step from p to the planes at q with normals n, all (3, N)."""
-    # about the middle of the points and in their size, so that turns and shifts are numbers of one kind
-    middle = p.mean(axis=1)
-    x, y, z = p - middle[:, None]
-    size = float(np.sqrt((x * x + y * y + z * z).mean())) or 1.0
-    i, j, k = n
-    rows = np.stack([y * k - z * j, z * i - x * k, x * j - y * i, i, j, k])
-    rows[:3] /= size
-    off = np.einsum("in,in->n", q - p, n)
-    weighted = rows if w is None else rows * w
-    values, vectors = np.linalg.eigh(np.einsum("in,jn->ij", weighted, rows))
+def _to_planes_of(sums: NDArray[np.float64], middle: NDArray[np.float64], size: float) -> NDArray[np.float64]:
+    """One step from p to the planes at q, from `plane_sums`."""
+    # about the middle of the points and in their size, so that turns and shifts are numbers of one kind:
+    # (p - c) x n = p x n - c x n
+    change = np.eye(6)
+    change[:3, 3:] = -rotations.hat(middle)
+    change[:3] /= size
+    values, vectors = np.linalg.eigh(change @ sums[:6, :6] @ change.T)
     kept = values > RANK * values[-1]
-    step = vectors[:, kept] @ ((vectors[:, kept].T @ np.einsum("in,n->i", weighted, off)) / values[kept])
+    step = vectors[:, kept] @ ((vectors[:, kept].T @ (change @ sums[:6, 6])) / values[kept])
     T = np.eye(4)
     T[:3, :3] = rotations.exp(np.concatenate([np.zeros(3), step[:3] / size]))[:3, :3]
     T[:3, 3] = middle + step[3:] - T[:3, :3] @ middle
@@ -230,8 +225,7 @@ def icp(
         raise ValueError(f"keep: expected a share of the pairs in (0, 1], got {keep!r}.")
     if kernel not in KERNELS:
         raise ValueError(f"kernel: {kernel!r} is unknown; {checks.nearest_name(kernel, KERNELS)}")
-    if isinstance(steps, bool) or not isinstance(steps, (int, np.integer)) or steps < 1:
-        raise ValueError(f"steps: expected a whole number of at least 1, got {steps!r}.")
+    steps = checks.whole(steps, "steps")
     T = np.eye(4) if initial is None else checks.check_rigid(initial, "initial")
     radii = [checks.number(each, "radius") for each in np.atleast_1d(np.asarray(radius, dtype=object))]
     if not radii or min(radii) <= 0:
@@ -239,11 +233,11 @@ def icp(
     middle = np.eye(4)  # all is done about the middle of the target, so that no digits are lost far from the origin
     middle[:3, 3] = q.mean(axis=0)
     T = transforms.compose(transforms.invert(middle), T, middle)
-    partners = Partners(q - middle[:3, 3], n, p[morton_order(p)] - middle[:3, 3])
+    partners = Correspondences(q - middle[:3, 3], n, p.take(order_in_space(p), axis=0) - middle[:3, 3])
     done: list[IcpStep] = []
     still = False
     for reach in radii:
-        for _ in range(int(steps)):
+        for _ in range(steps):
             step, entry = _step(partners, T, reach, keep, kernel)
             T = step @ T
             done.append(entry)
@@ -258,42 +252,49 @@ def icp(
 
 
 def _step(
-    partners: Partners, T: NDArray[np.float64], radius: float, keep: float, kernel: str
+    partners: Correspondences, T: NDArray[np.float64], radius: float, keep: float, kernel: str
 ) -> tuple[NDArray[np.float64], IcpStep]:
     """Pair, reject, weigh, fit: one step from where the source lies now."""
     distance = partners.find(T, radius)
-    found = paired = np.flatnonzero(distance <= radius)
+    weight = (distance <= radius).astype(np.float64)
+    found = paired = np.flatnonzero(weight)
     if keep < 1 and len(found):
         found = found[np.argsort(distance[found], kind="stable")[: max(1, round(keep * len(found)))]]
-    least = 6 if partners.to_planes else 3
+        weight[:] = 0.0
+        weight[found] = 1.0
+    p, q, normals, place = partners.moved, partners.target, partners.normals, partners.place
+    least = 3 if normals is None else 6
     if len(found) < least:
         raise ValueError(
             f"radius: {len(paired)} source points have a target point within {radius:g} m, {len(found)} of them "
             f"are kept, and a step needs {least}; begin nearer, or with a larger radius or keep."
         )
-    p, q, normals = partners.moved, partners.points, partners.normals
-    if len(found) < len(distance):
-        p, q, distance = p.take(found, axis=1), q.take(found, axis=1), distance.take(found)
-        normals = None if normals is None else normals.take(found, axis=1)
+    distance = distance.take(found)
+    if kernel != "none":
+        off = distance
+        if normals is not None:
+            which = place.take(found)
+            off = np.einsum("ni,ni->n", q.take(which, axis=0) - p.take(found, axis=0), normals.take(which, axis=0))
+        weight[found] = robust_weights(np.abs(off), kernel)
     if normals is None:
-        step = _fit_rigid(p, q, robust_weights(distance, kernel))
+        sums = pair_sums(p, q, place, weight)
+        middle, step = sums[3, :3] / sums[3, 3], _rigid_of(sums)
         if step is None:
             raise ValueError("source: its paired points lie on a line, and any turn about it fits as well.")
     else:
-        off = np.abs(np.einsum("in,in->n", q - p, normals))
-        step = _fit_planes(p, q, normals, robust_weights(off, kernel))
+        planes, middle, size = plane_sums(p, q, normals, place, weight)
+        step = _to_planes_of(planes, middle, size)
     angle = float(np.arccos(np.clip((np.trace(step[:3, :3]) - 1) / 2, -1, 1)))
-    middle = p.mean(axis=1)
     shift = float(np.linalg.norm(step[:3, :3] @ middle + step[:3, 3] - middle))
     return step, IcpStep(radius, len(found), float(np.sqrt((distance * distance).mean())), angle, shift)
 
 
-def _pairs(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None) -> tuple:
+def _pairs(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None) -> tuple[NDArray[np.float64], ...]:
     p, q = finite_points(source, "source"), finite_points(target, "target")
     if p.shape != q.shape:
         raise ValueError(f"target: expected as many points as in the source, {len(p)}, got {len(q)}.")
     if weights is None:
-        return p, q, None
+        return p, q, np.ones(len(p))
     w = checks.vector(weights, len(p), "weights")
     if (w < 0).any() or w.sum() <= 0:
         raise ValueError("weights: expected numbers of at least 0, not all of them 0.")

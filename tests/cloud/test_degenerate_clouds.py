@@ -39,7 +39,7 @@ CLOUDS = {
 }
 ALGORITHMS: dict[str, Callable[[Any], Any]] = {
     "spacing": neighbours.spacing,
-    "nearest": lambda points: neighbours.Neighbours(points).self_nearest(3),
+    "nearest": lambda points: neighbours.Neighbours(points).nearest(points),
     "voxel_grid": lambda points: downsample.voxel_grid(points, 0.2),
     "voxel_downsample": lambda points: downsample.voxel_downsample(points, 0.2),
     "sample_random": lambda points: downsample.sample_random(points, 2, 0),

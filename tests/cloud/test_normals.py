@@ -176,8 +176,8 @@ def test_a_plane_far_away_in_float32_and_with_duplicates():
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
-        (lambda p: estimate_normals(p, 2), "at least 3 neighbours"),
-        (lambda p: estimate_normals(p, 3.5), "at least 3 neighbours"),
+        (lambda p: estimate_normals(p, 2), "whole number of neighbours from 3 on"),
+        (lambda p: estimate_normals(p, 3.5), "whole number of neighbours from 3 on"),
         (lambda p: estimate_normals(p, 5, radius=-1.0), "radius: expected a positive length"),
         (lambda p: estimate_normals(p, 5, viewpoint=(0, 0)), "viewpoint: expected 3 numbers"),
         (lambda p: estimate_normals(p, 5, viewpoint=(0, 0, np.nan)), "viewpoint"),

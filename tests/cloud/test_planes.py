@@ -296,7 +296,7 @@ def test_a_room_without_a_floor_and_odd_arguments_get_a_sentence():
         floors.find_floor(points, 0.01, up=(0, 0, 0))
     with pytest.raises(ValueError, match="between 0 and 90"):
         floors.find_floor(points, 0.01, most_degrees=90)
-    with pytest.raises(ValueError, match="clearance: expected a positive height"):
+    with pytest.raises(ValueError, match="clearance: expected a positive length"):
         floors.remove_floor(points, 0.01, clearance=0)
     with pytest.raises(ValueError, match="stands upright"):
         floors.heights_above(points, Plane((0, 1, 0), 0))

@@ -12,11 +12,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from course_lib.bench import inputs
-from course_lib.cloud import downsample, normals
+from course_lib.cloud import downsample, neighbours, normals
 from course_lib.cloud.neighbours import spacing
 from course_lib.geometry import transforms
 from course_lib.notebook import data
-from course_lib.registration.correspondences import Partners
+from course_lib.registration.correspondences import Correspondences
 from course_lib.registration.icp import fit_rigid, fit_rigid_to_planes, icp
 from course_lib.registration.robust import robust_weights
 
@@ -332,11 +332,14 @@ def test_partners_kept_from_earlier_steps_are_the_nearest_ones(to_planes):
 
 @settings(max_examples=60)
 @given(SEEDS, st.integers(1, 40), st.lists(st.tuples(st.floats(0, 1), st.floats(0.05, 3)), min_size=2, max_size=8))
-def test_partners_on_any_way_are_those_of_brute_force(seed, n, way):
+@pytest.mark.parametrize("small", [0, 2000], ids=["grid", "tree"])
+def test_correspondences_on_any_way_are_those_of_brute_force(small, seed, n, way):
     """Large moves and small ones, radii that shrink and grow, points that lose their partner and find another."""
     rng = np.random.default_rng(seed)
     source, target = rng.uniform(-2, 2, (40, 3)), rng.uniform(-1, 1, (n, 3))
-    partners, T = Partners(target, None, source), np.eye(4)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(neighbours, "SMALL", small)
+        partners, T = Correspondences(target, None, source), np.eye(4)
     for size, radius in way:
         T = transforms.compose(transforms.random(rng, 60 * size**3, 2 * size**3), T)
         distance = partners.find(T, radius)
@@ -345,8 +348,8 @@ def test_partners_on_any_way_are_those_of_brute_force(seed, n, way):
         inside = true <= radius
         np.testing.assert_array_equal(distance <= radius, inside)
         np.testing.assert_allclose(distance[inside], true[inside], rtol=0, atol=1e-12)
-        np.testing.assert_allclose(partners.moved.T, moved, rtol=0, atol=1e-12)
-        to_partner = np.linalg.norm((partners.points - partners.moved).T, axis=1)
+        np.testing.assert_allclose(partners.moved, moved, rtol=0, atol=1e-12)
+        to_partner = np.linalg.norm(partners.target[partners.place] - partners.moved, axis=1)
         np.testing.assert_allclose(to_partner[inside], true[inside], rtol=0, atol=1e-12)
 
 
