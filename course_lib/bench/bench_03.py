@@ -71,7 +71,7 @@ def cases() -> list[Case]:
         ),
         Case(
             "deproject 1280x720, compact float64",
-            (1.5, 1.5),
+            (1.0, 1.0),
             lambda: pinhole.deproject_compact(depth, camera),
             {"Open3D": lambda: open3d(True)},
             "Open3D's legacy create_from_depth_image, the same points in the same order",
