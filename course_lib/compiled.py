@@ -22,6 +22,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
 from pathlib import Path
+from types import CodeType
 from typing import Any, TypeVar
 
 __all__ = [
@@ -36,10 +37,22 @@ ROWS, FLOATS = "Array(float64, 2, 'C', True)", "Array(float64, 1, 'C', True)"
 INTS = "Array(int64, 1, 'C', True)"
 TABLE, LIST = "Array(int32, 2, 'C', True)", "Array(int32, 1, 'C', True)"
 FLAGS = "boolean[::1]"
+SPOILED = (OSError, EOFError, pickle.UnpicklingError, ValueError, KeyError, TypeError, AttributeError)
 PARTS = 4  # for each thread: what takes longer on one leaves less to it
 
-announce: Callable[[str], contextlib.AbstractContextManager[Any]] = contextlib.nullcontext
-"""Entered around each compilation with a sentence for people; a notebook puts a bar here that leaves nothing behind."""
+
+@lru_cache(maxsize=1)
+def _said_once(sentence: str) -> None:
+    say(sentence)
+
+
+def _announce(words: str) -> contextlib.AbstractContextManager[Any]:
+    _said_once("The course's loops are compiled, once on this machine; that takes some seconds.")
+    return contextlib.nullcontext()
+
+
+announce: Callable[[str], contextlib.AbstractContextManager[Any]] = _announce
+"""Entered around each compilation with words for people; a notebook puts a line here that leaves nothing behind."""
 states: dict[str, str] = {}
 """Each loop of this process: "cached" where it was found compiled, "compiled", or "plain"."""
 
@@ -69,18 +82,24 @@ def folder() -> Path | None:
 
 
 def _stamp(function: Callable[..., Any]) -> str:
-    """What a compiled loop is made of: the text of its module, and of those whose loops it calls, and so on."""
-    files, functions = set(), [function]
-    while functions:
-        function = functions.pop()
-        if function.__code__.co_filename not in files:
-            files.add(function.__code__.co_filename)
-            others = (getattr(thing, "py_func", None) for thing in function.__globals__.values())
-            functions += [other for other in others if other is not None]
-    digest = hashlib.sha256()
-    for file in sorted(files):
-        digest.update(Path(file).read_bytes())
-    return digest.hexdigest()
+    """What a compiled loop is made of: its own instructions and numbers, and those of what it calls, and so on."""
+    parts: list[object] = []
+    codes = [(function.__code__, function.__globals__)]
+    for code, names in codes:  # which grows
+        parts += [code.co_code, code.co_names]
+        for constant in code.co_consts:
+            if isinstance(constant, CodeType):
+                codes.append((constant, names))
+            else:
+                parts.append(constant)
+        for name in code.co_names:
+            thing = names.get(name)
+            if isinstance(thing, (int, float)):
+                parts.append((name, thing))
+            called = getattr(thing, "py_func", None)
+            if called is not None and (called.__code__, called.__globals__) not in codes:
+                codes.append((called.__code__, called.__globals__))
+    return hashlib.sha256(repr(parts).encode()).hexdigest()
 
 
 def _keep(dispatcher: Any, function: Callable[..., Any], place: Path) -> Any:
@@ -113,11 +132,13 @@ def _keep(dispatcher: Any, function: Callable[..., Any], place: Path) -> Any:
         def load_overload(self, sig: Any, target_context: Any) -> Any:
             try:
                 return super().load_overload(sig, target_context)
-            except (OSError, EOFError, pickle.UnpicklingError, ValueError, KeyError, TypeError, AttributeError):
-                return None  # cut short or spoiled
+            except SPOILED:
+                with contextlib.suppress(OSError):
+                    self.flush()
+                return None
 
         def save_overload(self, sig: Any, data: Any) -> None:
-            with contextlib.suppress(OSError):
+            with contextlib.suppress(*SPOILED):
                 super().save_overload(sig, data)
 
     dispatcher._cache = Cache(function)
@@ -182,8 +203,9 @@ def _numba() -> Any:
 
 
 def say(sentence: str) -> None:
-    """Tell a person, on the standard error."""
-    print(sentence, file=sys.stderr)
+    """Tell a person, on the standard error, unless COURSE_QUIET=1."""
+    if os.environ.get("COURSE_QUIET", "0") in ("", "0"):
+        print(sentence, file=sys.stderr)
 
 
 def fill() -> dict[str, str]:

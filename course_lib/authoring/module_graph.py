@@ -12,17 +12,18 @@ __all__ = ["closure", "imported", "imported_names"]
 LIBRARY = "course_lib"
 
 
-def imported_names(source: str, package: Iterable[str]) -> set[str]:
-    """The dotted names below course_lib that a source imports anywhere, also inside functions; some are no modules.
+def imported_names(source: str, package: Iterable[str], *, below: str = LIBRARY) -> set[str]:
+    """The dotted names that a source imports anywhere, also inside functions; some are no modules.
 
     Parameters
     ----------
     source : Python.
     package : of the module, as parts: ("course_lib", "cloud"); for relative imports.
+    below : only what lies below this package; "" for all.
 
     Examples
     --------
-    >>> sorted(imported_names("from . import planes\\nimport numpy", ("course_lib", "cloud")))
+    >>> sorted(imported_names("from . import planes\nimport numpy", ("course_lib", "cloud")))
     ['course_lib.cloud', 'course_lib.cloud.planes']
     """
     package = list(package)
@@ -37,7 +38,7 @@ def imported_names(source: str, package: Iterable[str]) -> set[str]:
         elif isinstance(node, ast.Call) and ast.unparse(node.func) in ("importlib.import_module", "import_module"):
             if node.args and isinstance(node.args[0], ast.Constant):
                 found.add(str(node.args[0].value))
-    return {name for name in found if name.split(".")[0] == LIBRARY}
+    return {name for name in found if below in ("", name.split(".")[0])}
 
 
 def imported(path: Path, root: Path) -> frozenset[Path]:

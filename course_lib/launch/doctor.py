@@ -47,7 +47,7 @@ def command(as_csv: bool) -> None:
 def verdicts(tree: Tree) -> Iterator[Verdict]:
     """Every verdict, in the order in which things depend on each other."""
     yield from basic_verdicts(facts())
-    parts: list[Callable[[Tree], Iterator[Verdict]]] = [_environment, _open3d, _rendering, _datasets, _port]
+    parts: list[Callable[[Tree], Iterator[Verdict]]] = [_environment, _open3d, _loops, _rendering, _datasets, _port]
     for part in parts:
         yield from part(tree)
 
@@ -84,6 +84,20 @@ def _open3d(tree: Tree) -> Iterator[Verdict]:
         yield Verdict("Open3D", False, f"cannot be imported: {said}", mend)
     else:
         yield Verdict("Open3D", True, f"{said.split()[0]} holds a cloud of {said.split()[1]} points")
+
+
+def _loops(tree: Tree) -> Iterator[Verdict]:
+    code, said = _run(
+        tree, "from course_lib import compiled; import numba; print(numba.__version__, compiled.folder())"
+    )
+    if code:
+        mend = "mend the wheels first; until then they run as plain Python, slowly"
+        yield Verdict("loops", False, f"numba cannot be imported: {said}", mend)
+    elif said.endswith("None"):
+        mend = "name a folder that can be written with COURSE_COMPILED"
+        yield Verdict("loops", None, f"numba {said.split()[0]} compiles them again in every session: no folder", mend)
+    else:
+        yield Verdict("loops", True, f"numba {said.split()[0]} compiles them once on this machine, and keeps them")
 
 
 def _rendering(tree: Tree) -> Iterator[Verdict]:

@@ -15,6 +15,7 @@ from pathlib import Path
 import click
 from filelock import FileLock, Timeout
 
+from course_lib import compiled
 from course_lib.authoring.tree import CourseError, Tree, course_tree
 
 from . import my_work, server
@@ -52,7 +53,7 @@ def start(tree: Tree, lesson: str | None, port: int, *, browser: bool) -> int:
     for name in ("SIGTERM", "SIGHUP"):
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), _as_ctrl_c)
-    child: subprocess.Popen[bytes] | None = None
+    child = compiling = None
     try:
         with _one_at_a_time(tree):
             for sentence in my_work.update(tree):
@@ -63,6 +64,7 @@ def start(tree: Tree, lesson: str | None, port: int, *, browser: bool) -> int:
             my_work.sign(tree)  # while the server starts
             if child:
                 there = server.wait_until_it_answers(tree, child, page)
+                compiling = _compile_loops()
         _tell(there, page, port, mine=child is not None)
         if browser:
             _open(tree, there.address(page))
@@ -80,8 +82,16 @@ def start(tree: Tree, lesson: str | None, port: int, *, browser: bool) -> int:
         click.echo("Stopped. What you saved is in my_work/.")
         return 0
     finally:
-        if child and child.poll() is None:
-            child.kill()
+        for process in (child, compiling):
+            if process and process.poll() is None:
+                process.kill()
+
+
+def _compile_loops() -> subprocess.Popen[bytes]:
+    """Compile the course's loops while the learner reads the start page; at once done where they are."""
+    words = [sys.executable, "-P", "-m", compiled.__name__]
+    nothing = subprocess.DEVNULL
+    return subprocess.Popen(words, stdin=nothing, stdout=nothing, stderr=nothing)
 
 
 def _as_ctrl_c(number: int, frame: object) -> None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import html
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 from tqdm import tqdm
 
@@ -52,3 +53,11 @@ class Bar:
             self.bar.close()
         if self.handle is not None:
             self.handle.update(_Line(""))
+
+
+@contextmanager
+def told(words: str) -> Iterator[None]:
+    """Show some words while something takes its time."""
+    with Bar(words) as step:
+        step(0, 1)
+        yield

@@ -10,7 +10,9 @@ import html
 import re
 from collections.abc import Sequence
 
+from course_lib import compiled
 from course_lib.notebook import _catalog
+from course_lib.notebook._bar import told
 from course_lib.notebook._errors import Refusal
 
 _MARK = re.compile(r"\A\s*#\s*real data:(?P<names>[^\n]*)")
@@ -72,7 +74,12 @@ def skip_cells(lines: list[str]) -> list[str]:
 
 
 def register() -> bool:
-    """Make IPython skip such cells from the next one on; False where there is no IPython session."""
+    """Make IPython skip such cells from the next one on, and say what it waits for where loops are compiled.
+
+    Returns
+    -------
+    False where there is no IPython session.
+    """
     from IPython import get_ipython
 
     shell = get_ipython()
@@ -81,4 +88,5 @@ def register() -> bool:
     transformers = shell.input_transformers_cleanup
     if not any(getattr(one, "__name__", "") == skip_cells.__name__ for one in transformers):
         transformers.insert(0, skip_cells)
+    compiled.announce = told
     return True

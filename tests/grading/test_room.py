@@ -7,6 +7,8 @@ import dataclasses
 import json
 import subprocess
 import sys
+import tempfile
+from pathlib import Path
 
 import pytest
 from grading_helpers import graded, need_sandbox, submission, task
@@ -15,6 +17,8 @@ from course_lib import tasks
 from course_lib.authoring.tree import CourseError
 from course_lib.grading.release.hiding import find_hidden, hidden_sources
 from course_lib.grading.run import nbval_items
+from course_lib.grading.run.inside.course_probe import MIME
+from course_lib.grading.run.kernel import Kernel
 from course_lib.grading.run.kernel_imports import ROOT, build_room, rooms_of
 from course_lib.grading.run.limits import read_limits
 from course_lib.grading.run.sandbox import probe_sandbox
@@ -111,3 +115,25 @@ def test_inputs_travel_beside_the_statement_that_asks():
     one = tasks.get("05-5")
     statement, given = nbval_items._question(one, "0" * 32, tasks.fresh(one, 5))
     assert sum(map(len, given)) > 1_000_000 > 1_000 > len(statement)
+
+
+def test_loops_of_an_allowed_module_are_compiled_before_the_kernel_starts(tmp_path):
+    need_sandbox()
+    one = dataclasses.replace(tasks.get("02-1"), may_call=("numpy", "course_lib.cloud.normals"), hides=())
+    (tmp_path / "room").mkdir()
+    room = build_room(tmp_path / "room", [one], read_limits())
+    assert {"numba", "llvmlite", "scipy"} <= {name for name, _ in room.packages}
+    with tempfile.TemporaryDirectory(prefix="k") as folder:
+        kernel = Kernel(probe_sandbox(), room, read_limits(), Path(folder), lambda answer: answer)
+        try:
+            source = (
+                "import numpy as np\nfrom course_lib import compiled\n"
+                "from course_lib.cloud.normals import estimate_normals\n"
+                "points = np.random.default_rng(1).uniform(0, [1, 1, 0], (5000, 3))\n"
+                "upright = float(np.abs(estimate_normals(points, 8)[:, 2]).min())\n"
+                f"get_ipython().display_pub.publish({{{MIME!r}: [upright, compiled.states]}})"
+            )
+            ((upright, states),) = kernel.ask(source, [])
+        finally:
+            kernel.stop()
+    assert upright == pytest.approx(1.0) and states and set(states.values()) == {"cached"}, states

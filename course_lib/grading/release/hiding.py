@@ -47,6 +47,7 @@ def find_hidden(names: Iterable[str], root: Path) -> list[Hidden]:
         module, _, name = public.rpartition(".")
         try:
             thing = getattr(importlib.import_module(module), name)
+            thing = getattr(thing, "py_func", thing)  # of a compiled loop
         except (ImportError, AttributeError) as error:
             raise CourseError(f"a task hides {public}, which does not exist.") from error
         is_function = isinstance(thing, FunctionType)

@@ -7,10 +7,13 @@ that a lab imports to show things is there by name only (see inside/kernel_main.
 
 from __future__ import annotations
 
+import contextlib
 import importlib.metadata
 import json
+import os
 import re
 import shutil
+import subprocess
 import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -18,7 +21,8 @@ from pathlib import Path
 
 from packaging.requirements import Requirement
 
-from course_lib.authoring.module_graph import closure
+from course_lib import compiled
+from course_lib.authoring.module_graph import closure, imported_names
 from course_lib.tasks.core import HARMLESS, Task
 
 from .limits import Limits
@@ -31,6 +35,7 @@ SILENT = ("course_lib.notebook", "matplotlib", "pyvista", "plotly", "ipywidgets"
 """What labs import to show things: there by name, does nothing."""
 KERNEL = ("ipykernel", "numpy")
 UNUSED = ("debugpy", "jedi", "parso", "matplotlib-inline")  # a kernel that nobody types into starts without them
+COMPILED = Path(compiled.__file__)
 MESSAGES = ("course_lib/tasks/plain.py", "course_lib/tasks/core.py", "course_lib/tasks/running.py")
 
 
@@ -83,8 +88,11 @@ def build_room(folder: Path, tasks: Iterable[Task], limits: Limits) -> Room:
     site.mkdir()
     for name in ("kernel_main.py", "course_probe.py"):
         shutil.copyfile(INSIDE / name, (folder if name == "kernel_main.py" else lib) / name)
-    _write_course(lib / "course_lib", sorted(name for name in allowed if name.startswith("course_lib")), hides)
-    packages = _mounts({*KERNEL, *(_distribution(name) for name in allowed if not name.startswith("course_lib"))})
+    own = sorted(name for name in allowed if name.startswith("course_lib"))
+    modules = _write_course(lib / "course_lib", own, hides)
+    if COMPILED in modules:
+        _compile(folder)
+    packages = _mounts({*KERNEL, *(_distribution(name) for name in (allowed - {*own}) | _other_imports(modules))})
     for name, path in packages:
         if path.is_dir():
             (site / name).mkdir()
@@ -112,23 +120,51 @@ def rlimits(limits: Limits) -> dict[str, int]:
     }
 
 
-def _write_course(folder: Path, modules: list[str], hides: set[str]) -> None:
-    """A course_lib of plain data, the probe's means, and the modules that are allowed, without their answers."""
+def _write_course(folder: Path, modules: list[str], hides: set[str]) -> list[Path]:
+    """A course_lib of plain data, the probe's means, and the modules that are allowed, without their answers.
+
+    Returns
+    -------
+    The files of the course that such a module is, or needs.
+    """
     (folder / "tasks").mkdir(parents=True)
     (folder / "__init__.py").write_text("", encoding="utf-8")
     (folder / "tasks" / "__init__.py").write_text("", encoding="utf-8")
     for name in MESSAGES:
         shutil.copyfile(ROOT / name, folder.parent / name)
     if not modules:
-        return
+        return []
     from course_lib.grading.release.hiding import hidden_sources
 
     changed = hidden_sources(sorted(name for name in hides if name.startswith("course_lib")), ROOT)
-    for path in closure([ROOT.joinpath(*name.split(".")).with_suffix(".py") for name in modules], ROOT):
+    needed = closure([ROOT.joinpath(*name.split(".")).with_suffix(".py") for name in modules], ROOT)
+    for path in needed:
         place = folder.parent / path.relative_to(ROOT)
         if not place.exists():
             place.parent.mkdir(parents=True, exist_ok=True)
             place.write_text(changed.get(path, path.read_text(encoding="utf-8")), encoding="utf-8")
+    return needed
+
+
+def _other_imports(modules: Iterable[Path]) -> set[str]:
+    """The packages that modules of the course import, without Python's own and NumPy."""
+    names: set[str] = set()
+    for path in modules:
+        package = path.relative_to(ROOT).parts[:-1]
+        names |= {name.split(".")[0] for name in imported_names(path.read_text(encoding="utf-8"), package, below="")}
+    return names - set(sys.stdlib_module_names) - {"", "course_lib", "numpy"}
+
+
+def _compile(folder: Path) -> None:
+    """Compile the loops of a room's course into the room: what is kept for the user is copied, the rest is made."""
+    kept = folder / "compiled"
+    kept.mkdir()
+    if (there := compiled.folder()) is not None:
+        for file in there.glob("*.nb?"):
+            with contextlib.suppress(FileNotFoundError):  # replaced just now
+                shutil.copyfile(file, kept / file.name)
+    environment = {**os.environ, "COURSE_COMPILED": str(kept), "PYTHONPATH": str(folder / "lib")}
+    subprocess.run([sys.executable, "-P", "-m", compiled.__name__], env=environment, check=True, capture_output=True)
 
 
 def _distribution(package: str) -> str:

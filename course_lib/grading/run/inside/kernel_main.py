@@ -168,6 +168,7 @@ def main():
         refuse_calls()
     sys.path[:] = [path for path in sys.path if path != place] + [f"{place}/lib", f"{place}/site"]
     sys.meta_path.append(StandIns(room["silent"], room["speaking"]))
+    os.environ["COURSE_COMPILED"] = f"{place}/compiled"  # loops of the course, where this room has any
     take_away(room["taken"])
     from ipykernel.kernelapp import IPKernelApp
 

@@ -169,7 +169,8 @@ def _judge_normal(case: Case, answer: Plain) -> Verdict:
 _GRIDS = (
     "course_lib.cloud.downsample.voxel_grid",
     "course_lib.cloud.downsample.voxel_downsample",
-    "course_lib.cloud.downsample._cells",
+    "course_lib.cloud.grid.cells_of",
+    "course_lib.cloud.downsample._centroids_in_threads",
     "course_lib.cloud.downsample._centroids",
 )
 
