@@ -27,14 +27,15 @@ def build(names: tuple[str, ...], only_check: bool, kind: str | None) -> None:
 
 
 @click.command("test", context_settings={"ignore_unknown_options": True})
-@click.option("--quick", is_flag=True, help="Only the library, the tools, lesson 00 and lab 01.")
+@click.option("--quick", "depth", flag_value="quick", help="The library, the tools, the first lesson and labs.")
+@click.option("--thorough", "depth", flag_value="thorough", help="With all drawings, kills and repeated trials.")
 @click.option("--workers", type=click.IntRange(1), default=2, show_default=True, help="Processes that run at once.")
 @click.argument("more", nargs=-1, type=click.UNPROCESSED, metavar="[-- PYTEST WORDS…]")
-def test(quick: bool, workers: int, more: tuple[str, ...]) -> None:
+def test(depth: str | None, workers: int, more: tuple[str, ...]) -> None:
     """Prove the library, the tools, and every stored number of every lesson and solution.
 
     Real-data cells are compared where their data are: set COURSE_DATA_MIRROR to a folder that holds them.
     """
     from .prove import prove
 
-    sys.exit(prove(course_tree(), quick, workers, more, click.echo))
+    sys.exit(prove(course_tree(), depth or "all", workers, more, click.echo))

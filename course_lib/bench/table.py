@@ -7,7 +7,8 @@ import os
 import platform
 from collections.abc import Sequence
 
-from .compare import Growth, Ratio
+from .compare import Ratio
+from .scaling import Growth
 
 LIBRARIES = ("numpy", "scipy", "numba", "open3d", "open3d-cpu", "opencv-python-headless", "small-gicp")
 

@@ -27,6 +27,6 @@ def bench(notebooks: bool, grading: bool, count: int, only: str, write: bool) ->
         from .notebook_cost import weigh_lessons
 
         sys.exit(weigh_lessons(course_tree(), only, click.echo))
-    from .compare import bench_cases
+    from .run_cases import bench_cases
 
     sys.exit(bench_cases(course_tree(), only, write, click.echo))

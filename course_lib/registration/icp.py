@@ -234,8 +234,7 @@ def icp(
     middle[:3, 3] = q.mean(axis=0)
     T = transforms.compose(transforms.invert(middle), T, middle)
     partners = Correspondences(q - middle[:3, 3], n, p.take(order_in_space(p), axis=0) - middle[:3, 3])
-    done: list[IcpStep] = []
-    still = False
+    still, done = False, list[IcpStep]()
     for reach in radii:
         for _ in range(steps):
             step, entry = _step(partners, T, reach, keep, kernel)

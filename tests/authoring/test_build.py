@@ -38,6 +38,7 @@ def _edit(path: Path, old: str, new: str) -> None:
     path.write_text(text.replace(old, new), encoding="utf-8", newline="\n")
 
 
+@pytest.mark.slow
 def test_two_builds_give_the_same_bytes_and_pass_the_check_and_every_gate(tree: Tree) -> None:
     """The lesson's picture carries an invisible noise that differs in every run, as another renderer's would."""
     stored = _bytes(tree)
@@ -79,6 +80,7 @@ def test_a_failing_cell_is_shown_and_leaves_what_is_stored(tree: Tree) -> None:
     assert _bytes(tree) == before
 
 
+@pytest.mark.slow
 def test_a_wrong_solution_fails_its_lab(tree: Tree) -> None:
     lab = tree.labs()[0]
     _edit(lab.path, "    return x * x\n", "    return None\n")
@@ -88,6 +90,7 @@ def test_a_wrong_solution_fails_its_lab(tree: Tree) -> None:
     assert _bytes(tree) == before
 
 
+@pytest.mark.slow
 def test_a_kernel_that_dies_or_hangs_is_told(tree: Tree) -> None:
     lesson = tree.lessons()[0]
     lesson.path.write_text("# %%\nimport os\nos._exit(3)\n", encoding="utf-8")
@@ -101,6 +104,7 @@ def test_a_kernel_that_dies_or_hangs_is_told(tree: Tree) -> None:
     assert failure.value.cell == 1
 
 
+@pytest.mark.slow
 def test_cells_of_missing_real_data_keep_what_is_stored(tree: Tree) -> None:
     lesson = tree.lessons()[0]
     said: list[str] = []

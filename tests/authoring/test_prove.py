@@ -57,7 +57,7 @@ def proved(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[str]]:
     assert skipped == Skipped(1, 1, ("stanford_bunny",))
     (folder / "ipython").mkdir()
     run = subprocess.run(
-        [*pytest_words(tree, folder, quick=False, workers=1, more=["-rA"])],
+        [*pytest_words(tree, folder, depth="all", workers=1, more=["-rA"])],
         env=kernel_environment(Path(__file__).parents[2], folder / "ipython"),
         cwd=course,
         capture_output=True,
@@ -74,15 +74,18 @@ def proved(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[str]]:
     return {name: [cells[n] for n in sorted(cells)] for name, cells in told.items()}
 
 
+@pytest.mark.slow
 def test_stored_numbers_that_do_not_come_again_are_found(proved: dict[str, list[str]]) -> None:
     """Its first cell passes: pictures are not compared."""
     assert proved["01_wrong_number"] == ["passed", "failed", "passed", "failed", "failed"]
 
 
+@pytest.mark.slow
 def test_real_data_cells_without_their_data_are_not_compared(proved: dict[str, list[str]]) -> None:
     assert proved["02_other_real_number"] == ["passed"] * 5
 
 
+@pytest.mark.slow
 def test_run_ends_with_pytests_closing_line_and_its_exit_code(proved: dict[str, list[str]]) -> None:
     line, code = proved["closing"]
     assert re.match(r"3 failed, 7 passed in ", line)
@@ -133,17 +136,20 @@ def test_quick_leaves_out_later_labs_and_slow_tests(tmp_path: Path) -> None:
         (tests / f"test_lab_{lab}.py").touch()
     sources = tmp_path / "solutions" / "source"
     sources.mkdir(parents=True)
-    for name in ("01_a", "02_b", "03_c"):
+    for name in ("00_z", "01_a", "02_b", "03_c"):
         (sources / f"{name}.py").touch()
-    words = pytest_words(Tree(tmp_path), tmp_path, quick=True, workers=2, more=["-x"])
+    (tests / "test_lab_03_more.py").touch()
+    words = pytest_words(Tree(tmp_path), tmp_path, depth="quick", workers=2, more=["-x"])
     ignored = [Path(word.removeprefix("--ignore=")).name for word in words if word.startswith("--ignore=")]
-    assert ignored == ["test_lab_02.py", "test_lab_03.py"]
-    assert words[words.index("not slow") - 1] == "-m"
-    assert words[words.index("-k") + 1] == "not [02- and not [03-"
+    assert sorted(ignored) == ["test_lab_02.py", "test_lab_03.py", "test_lab_03_more.py"]
+    marks = [words[i + 1] for i, word in enumerate(words) if word == "-m"]
+    assert marks == ["pytest", "not slow and not thorough"]
+    assert words[words.index("-k") + 1] == "not [02- and not [02] and not [03- and not [03]"
     assert "-x" in words
-    full = pytest_words(Tree(tmp_path), tmp_path, quick=False, workers=2, more=[])
-    assert not any(word.startswith("--ignore=") for word in full)
-    assert not {"not slow", "-k"} & set(full)
+    for depth, mark in (("all", ["pytest", "not thorough"]), ("thorough", ["pytest"])):
+        full = pytest_words(Tree(tmp_path), tmp_path, depth=depth, workers=2, more=[])
+        assert not any(word.startswith("--ignore=") for word in full) and "-k" not in full
+        assert [full[i + 1] for i, word in enumerate(full) if word == "-m"] == mark
 
 
 def _error(name: str, value: str) -> list:

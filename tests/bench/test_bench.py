@@ -9,7 +9,7 @@ import pytest
 
 from course_lib.authoring.notebooks import read_notebook
 from course_lib.authoring.tree import CourseError, Tree
-from course_lib.bench import compare, scaling, table
+from course_lib.bench import compare, run_cases, scaling, table
 from course_lib.bench.notebook_cost import weigh
 
 
@@ -82,14 +82,15 @@ def test_table_holds_ratios_and_names_no_machine() -> None:
 
 def test_words_that_fit_no_case_suggest_the_nearest(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(
-        compare, "_in_own_process", lambda *words, threads: {"cases": ["deproject 1280x720"], "scalings": []}
+        run_cases, "_in_own_process", lambda *words, threads: {"cases": ["deproject 1280x720"], "scalings": []}
     )
     with pytest.raises(CourseError, match="no benchmark has 'deprojct' in its name. Did you mean deproject"):
-        compare.bench_cases(Tree(tmp_path), "deprojct", False, lambda line: None)
+        run_cases.bench_cases(Tree(tmp_path), "deprojct", False, lambda line: None)
     with pytest.raises(CourseError, match="leave --only out"):
-        compare.bench_cases(Tree(tmp_path), "deproject", True, lambda line: None)
+        run_cases.bench_cases(Tree(tmp_path), "deproject", True, lambda line: None)
 
 
+@pytest.mark.slow
 def test_a_notebook_is_weighed_with_its_children() -> None:
     tree = Tree(Path(__file__).parents[1] / "authoring" / "fixtures" / "tree")
     nb = read_notebook(tree.lessons_folder / "01_tiny.ipynb")

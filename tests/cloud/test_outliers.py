@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import open3d as o3d
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from course_lib.bench import inputs
@@ -66,6 +66,7 @@ def test_radius_removal_keeps_what_open3d_keeps(strays, radius, least):
     assert np.array_equal(np.flatnonzero(outliers.keep_by_radius(strays, radius, least)), theirs)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("radius", [0.02, 0.05, 0.1, 0.3, 2.0])
 def test_clusters_are_those_of_dbscan_with_one_point(strays, radius):
     theirs = np.asarray(cloud_of(strays).cluster_dbscan(radius, 1))
@@ -186,7 +187,6 @@ def drawn(seed: int) -> tuple[np.random.Generator, np.ndarray]:
     return rng, rng.uniform(0, 1, (int(rng.integers(30, 200)), 3))
 
 
-@settings(max_examples=25, deadline=None)
 @given(seed=seeds, name=st.sampled_from(sorted(FILTERS)))
 def test_order_of_points_does_not_matter(seed, name):
     rng, points = drawn(seed)
@@ -195,7 +195,6 @@ def test_order_of_points_does_not_matter(seed, name):
     assert same_partition(here, there) if name == "clusters" else np.array_equal(here, there)
 
 
-@settings(max_examples=25, deadline=None)
 @given(seed=seeds, name=st.sampled_from(sorted(FILTERS)))
 def test_rigid_motion_changes_nothing(seed, name):
     rng, points = drawn(seed)
@@ -206,7 +205,6 @@ def test_rigid_motion_changes_nothing(seed, name):
     assert same_partition(here, there) if name == "clusters" else np.array_equal(here, there)
 
 
-@settings(max_examples=25, deadline=None)
 @given(seed=seeds, scale=st.sampled_from([1e-3, 0.5, 2.0, 1024.0]))
 def test_scale(seed, scale):
     _, points = drawn(seed)
@@ -216,7 +214,6 @@ def test_scale(seed, scale):
     assert same_partition(clusters.euclidean_clusters(points, 0.1), clusters.euclidean_clusters(scaled, 0.1 * scale))
 
 
-@settings(max_examples=25, deadline=None)
 @given(seed=seeds)
 def test_a_longer_reach_only_joins_clusters(seed):
     _, points = drawn(seed)

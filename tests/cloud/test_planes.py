@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import open3d as o3d
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from course_lib.bench import inputs
@@ -74,7 +74,6 @@ def test_without_the_mean_the_normal_is_a_right_angle_off():
         assert degrees(printed[:, 2], true) == pytest.approx(tilt, abs=1)
 
 
-@settings(deadline=None, max_examples=40)
 @given(st.integers(0, 10**6), st.floats(0.01, 100), st.floats(-50, 50))
 def test_a_fit_moves_turns_and_scales_with_its_points(seed, scale, shift):
     points, _ = board(seed, count=60, noise=0.02)
@@ -159,7 +158,6 @@ def test_one_seed_gives_one_plane_and_few_inliers_are_enough():
     assert degrees(first[0].normal, TILTED) < 0.05
 
 
-@settings(deadline=None, max_examples=20)
 @given(st.integers(0, 10**6), st.floats(0.05, 20))
 def test_the_plane_found_moves_with_its_points(seed, scale):
     points = inputs.plane_among_points(3000, seed)

@@ -10,6 +10,7 @@ from course_lib.bench import bench_grading
 from course_lib.grading.release.released import released_lab
 
 
+@pytest.mark.slow
 def test_submissions_are_honest_and_different():
     need_sandbox()
     found = bench_grading.honest(3)

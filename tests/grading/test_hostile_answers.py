@@ -12,6 +12,8 @@ from grading_helpers import graded, need_sandbox, submission, task
 from course_lib.grading.run import nbval_items
 from course_lib.grading.run.inside.course_probe import MIME
 
+pytestmark = pytest.mark.slow
+
 WRONG = "def metres(depth_mm):\n    return depth_mm * 0.0\n"
 RIGHT = "def metres(depth_mm):\n    return depth_mm / 1000\n"
 PATCH = f"""

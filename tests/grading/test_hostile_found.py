@@ -50,6 +50,8 @@ from course_lib.grading.tell.class_report import class_report
 from course_lib.grading.tell.explain import explain
 from course_lib.grading.verbs.grade import Settings, grade_folder
 
+pytestmark = pytest.mark.slow
+
 TOOLS = ("os", "sys", "time", "socket", "mmap", "ctypes", "fcntl", "threading")
 NAME = "00_start_here.ipynb"
 RIGHT = "def metres(depth_mm):\n    return depth_mm / 1000\n"

@@ -6,9 +6,12 @@ import nbformat
 import numpy as np
 import pytest
 from grading_helpers import ROOT, exercise, graded, need_sandbox, submission, task
+from how_thorough import some
 from naive import naive_green
 
 from course_lib import tasks
+
+pytestmark = pytest.mark.slow
 
 WRONG = "def metres(depth_mm):\n    return depth_mm * 0.0\n"
 RIGHT = "def metres(depth_mm):\n    return depth_mm / 1000\n"
@@ -103,13 +106,11 @@ def test_attack_gains_nothing(kind):
     assert one["reason"] in ("wrong", "raised", "no answer", "no function", "refused", "forged", "timeout", "died")
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", sorted(ATTACKS))
+@pytest.mark.parametrize("kind", some(sorted(ATTACKS), 3))
 def test_control_it_gains_the_point_where_the_verdict_is_reached_inside(kind, tmp_path):
     assert naive_green(tmp_path, _submitted(kind)), f"{kind} is no real attack"
 
 
-@pytest.mark.slow
 def test_control_a_wrong_answer_alone_is_not_green(tmp_path):
     assert not naive_green(tmp_path / "wrong", submission("00", {1: WRONG}))
     assert naive_green(tmp_path / "right", submission("00", {1: RIGHT}))

@@ -15,6 +15,8 @@ from naive import naive_green, run_nbval
 from course_lib.grading.ledger.ledger import Ledger
 from course_lib.grading.verbs import grade
 
+pytestmark = pytest.mark.slow
+
 NAME = "00_start_here.ipynb"
 WRONG = "def metres(depth_mm):\n    return depth_mm * 0.0\n"
 RIGHT = "def metres(depth_mm):\n    return depth_mm / 1000\n"
@@ -34,7 +36,6 @@ def nothing_gained(data: bytes) -> dict:
     return one
 
 
-@pytest.mark.slow
 def test_a_forged_junit_report(tmp_path):
     """It writes the report that the usual grader reads, ends the pytest that would write another, and then itself."""
     attack = f"""
@@ -127,7 +128,6 @@ def points_edited(nb):
     nb.cells.pop(place(nb, "check-1"))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("change", [retyped, raw, doubled, reordered, points_edited], ids=lambda c: c.__name__)
 def test_cells_changed_around_a_wrong_answer(change, tmp_path):
     data = rewritten(change)
@@ -146,7 +146,6 @@ def test_a_task_cell_that_is_a_text_now_is_no_answer():
     assert nothing_gained(rewritten(text))["reason"] == "missing"
 
 
-@pytest.mark.slow
 def test_one_malformed_file_does_not_stop_the_class(tmp_path):
     folder = tmp_path / "class"
     good = submission("00", {1: RIGHT})
@@ -191,7 +190,6 @@ HOSTILE = {
 }
 
 
-@pytest.mark.slow
 def test_in_a_class_each_has_its_reason_in_the_ledger_and_nobody_else_is_hurt(tmp_path):
     folder = tmp_path / "class"
     answers = {f"{i}-{kind}": source for i, (kind, source) in enumerate(HOSTILE.items())}

@@ -26,6 +26,8 @@ from course_lib.grading.run import grade_submission, nbval_items, watchdog
 from course_lib.grading.tell import export, pages
 from course_lib.tasks.labs.lab_00_start_here import tasks as lab_00
 
+pytestmark = pytest.mark.slow
+
 NAME = "00_start_here.ipynb"
 RIGHT = "def metres(depth_mm):\n    return depth_mm / 1000\n"
 
@@ -116,7 +118,6 @@ BESIDE = {
 }
 
 
-@pytest.mark.slow
 def test_files_beside_notebooks_run_nowhere_even_if_grading_starts_there(tmp_path):
     """The instructor stands in the folder of the download and says `course.py grade .`."""
     folder, marks = tmp_path / "class", tmp_path / "marks"
@@ -314,7 +315,6 @@ def test_another_submission_that_is_graded_now_is_not_seen(tmp_path):
         place.unlink()
 
 
-@pytest.mark.slow
 def test_plain_nbval_with_strict_checks_is_enough_for_a_notebook_that_is_trusted(tmp_path):
     """`COURSE_STRICT=1 pytest --nbval-lax exercises/NN.ipynb`, as the instructor's page says it."""
     words = [sys.executable, "-m", "pytest", "--nbval-lax", "-q", "-p", "no:cacheprovider", f"exercises/{NAME}"]

@@ -229,6 +229,7 @@ def full(data: bytes) -> None:
         assert one["points"] == wanted, f"{one['id']}: {one['reason']}: {one['error']}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", ODD, ids=lambda change: change.__name__)
 def test_loses_no_point(change):
     nb = solved()
@@ -240,6 +241,7 @@ def test_there_are_at_least_fifteen():
     assert len(ODD) >= 15
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["no ids", "CRLF", "BOM", "UTF-16", "nbformat 3"])
 def test_other_files_of_the_same_notebook(form):
     nb = solved()

@@ -87,6 +87,7 @@ def test_the_tasks_of_one_s_own(tmp_path, monkeypatch):
     use_private(None)
 
 
+@pytest.mark.slow
 def test_data_that_lack_at_the_grader_are_never_scored(monkeypatch):
     need_sandbox()
     task = lab_00.TASKS[0]

@@ -59,6 +59,7 @@ def points(grades: Path) -> dict[str, float]:
         return {one.student: one.points for one in standings(ledger)}
 
 
+@pytest.mark.slow
 def test_adjust_appends(grades):
     why = ("--by", "me", "--reason", "because")
     for value in ("0.5", "0.75"):
@@ -116,6 +117,7 @@ def mended(monkeypatch):
     monkeypatch.setattr(pool, "grade_jobs", here)
 
 
+@pytest.mark.slow
 def test_regrade_lists_before_it_changes(grades, mended):
     done = run("regrade", "--dry-run", grades=grades)
     assert done.exit_code == 0, done.exception
@@ -126,6 +128,7 @@ def test_regrade_lists_before_it_changes(grades, mended):
     assert points(grades) == {"ann": 1.0, "bob": 0.0}
 
 
+@pytest.mark.slow
 def test_regrade_keeps_what_was(grades, mended):
     assert run("regrade", "--yes", grades=grades).exit_code == 0
     assert points(grades) == {"ann": 0.0, "bob": 1.0}
@@ -134,6 +137,7 @@ def test_regrade_keeps_what_was(grades, mended):
     assert "0 submissions" in run("regrade", "--yes", grades=grades).output
 
 
+@pytest.mark.slow
 def test_regrade_never_lowers_if_told(grades, mended):
     assert run("regrade", "--yes", "--never-lower", grades=grades).exit_code == 0
     assert points(grades) == {"ann": 1.0, "bob": 1.0}
@@ -151,6 +155,7 @@ def test_labs_by_any_name(name):
     assert find_lab(name) == "03" and find_task("03", "2").id == find_task("03", "03-2").id == "03-2"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lab", tasks.lab_numbers())
 def test_a_drawn_seed_is_fair(lab, monkeypatch):
     lacking = [task.id for task in tasks.lab(lab) if task.data]

@@ -80,6 +80,7 @@ def run(command, *words: str):
     return done
 
 
+@pytest.mark.slow
 def test_what_students_get_names_the_task_and_does_not_hold_it(folder, tmp_path):
     out = tmp_path / "labs"
     assert run(release.release, "00", "--out", out, "--private-tasks", folder).exit_code == 0
@@ -99,6 +100,7 @@ def test_what_students_get_names_the_task_and_does_not_hold_it(folder, tmp_path)
     assert "judged when you hand in" in said and "write feet, with no brackets" in said
 
 
+@pytest.mark.slow
 def test_it_is_graded_and_known_to_later_verbs(folder, tmp_path):
     need_sandbox()
     run(release.release, "00", "--out", tmp_path / "labs", "--private-tasks", folder)

@@ -6,6 +6,7 @@ import json
 
 import pytest
 from grading_helpers import submission
+from how_thorough import sample
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -85,7 +86,7 @@ def test_what_can_be_read_is_read(kind):
     assert all(isinstance(cell.id, str) and cell.metadata.tags == [] and cell.outputs == [] for cell in cells)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=sample(150, 30), deadline=None)
 @given(st.binary(max_size=300))
 def test_random_bytes_are_refused_and_nothing_else(data):
     with pytest.raises(Unreadable):
@@ -99,7 +100,7 @@ VALUES = st.recursive(
 )
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=sample(150, 30), deadline=None)
 @given(st.fixed_dictionaries({"cells": VALUES, "metadata": VALUES}))
 def test_random_json_is_read_or_refused(tree):
     try:

@@ -38,6 +38,7 @@ def run_there(tree: Path, code: str) -> str:
     return done.stdout
 
 
+@pytest.mark.slow
 def test_nothing_of_the_solutions_is_in_it(tree):
     names = [path.relative_to(tree).as_posix() for path in tree.rglob("*") if path.is_file()]
     assert not [name for name in names if name.startswith(("solutions/", "tests/", "docs/", "notebooks/"))]
@@ -71,6 +72,7 @@ def _is_text(statement: ast.stmt) -> bool:
     return isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant)
 
 
+@pytest.mark.slow
 def test_hidden_functions_refuse_a_learner(tree):
     hides = sorted({h for n in LABS for task in tasks.lab(n) for h in task.hides if h.startswith("course_lib.")})
     assert len(hides) >= 5
@@ -94,6 +96,7 @@ for public in {hides!r}:
     assert run_there(tree, code).split() == [], "these answer a learner"
 
 
+@pytest.mark.slow
 def test_checks_work_there(tree):
     stub, reference = solutions.stub("03-2"), solutions.reference("03-2")
     code = "import numpy as np\nfrom course_lib.notebook import check\n"
@@ -112,6 +115,7 @@ def test_the_exercise_runs_there(tree):
     assert any("not started yet" in str(cell.outputs) for cell in nb.cells if cell.cell_type == "code")
 
 
+@pytest.mark.slow
 def test_manifest_tells_version_slots_and_every_file(tree):
     manifest = json.loads((tree / MANIFEST).read_text(encoding="utf-8"))
     lab = manifest["labs"]["03"]
@@ -125,6 +129,7 @@ def test_manifest_tells_version_slots_and_every_file(tree):
         assert hashlib.sha256((tree / name).read_bytes()).hexdigest() == digest, name
 
 
+@pytest.mark.slow
 def test_zip_holds_the_same_and_is_the_same_again(tree, tmp_path):
     again = release(LABS, tmp_path / "labs", course_tree(), hints=1)
     assert again.read_bytes() == tree.with_name("labs.zip").read_bytes()
@@ -147,6 +152,7 @@ def test_a_folder_with_other_files_is_left_alone(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
 
 
+@pytest.mark.slow
 def test_an_earlier_release_is_replaced(tmp_path):
     release(["00"], tmp_path / "r", course_tree())
     release(["01"], tmp_path / "r", course_tree())

@@ -117,6 +117,7 @@ def test_inputs_travel_beside_the_statement_that_asks():
     assert sum(map(len, given)) > 1_000_000 > 1_000 > len(statement)
 
 
+@pytest.mark.slow
 def test_loops_of_an_allowed_module_are_compiled_before_the_kernel_starts(tmp_path):
     need_sandbox()
     one = dataclasses.replace(tasks.get("02-1"), may_call=("numpy", "course_lib.cloud.normals"), hides=())

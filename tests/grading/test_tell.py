@@ -9,6 +9,7 @@ from html.parser import HTMLParser
 
 import pytest
 from fakes import a_record, standing, task_record
+from how_thorough import sample
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -117,7 +118,7 @@ def test_page_names_differ_where_ids_do():
     assert len({page_name(student, "03") for student in ids}) == len(ids)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=sample(300, 60), deadline=None)
 @given(st.text(max_size=30))
 def test_no_cell_runs_in_a_spreadsheet(text):
     cell = safe_cell(text)
@@ -221,6 +222,7 @@ def test_short_answers_and_common_ones_are_left_out():
     assert [(pair.first, pair.second) for pair in similar_answers(common)] == [("x", "y")]
 
 
+@pytest.mark.slow
 def test_a_class_of_300():
     rng = random.Random(3)
     lines = OTHER.strip().split("\n")

@@ -184,6 +184,7 @@ print(json.dumps(compiled.states))
 """
 
 
+@pytest.mark.slow
 def test_compiled_and_plain_loops_give_the_same_numbers(tmp_path):
     answers, states = [], []
     for name, environment in (("compiled", {}), ("plain", {"COURSE_UNCOMPILED": "1"})):

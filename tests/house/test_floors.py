@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import ast
 import re
+from functools import cache
 from pathlib import Path
-
-import pytest
 
 import course_lib
 from course_lib.authoring.module_graph import imported, imported_names
@@ -61,23 +60,24 @@ def violations(name: str, source: str, package: str) -> list[str]:
     return found
 
 
-@pytest.mark.parametrize("path", MODULES, ids=name_of)
-def test_a_module_imports_only_from_floors_below(path):
-    package = ".".join(path.relative_to(HOME).parts[:-1])
-    assert violations(name_of(path), path.read_text(encoding="utf-8"), package) == []
+def test_modules_import_only_from_floors_below():
+    found = []
+    for path in MODULES:
+        package = ".".join(path.relative_to(HOME).parts[:-1])
+        found += violations(name_of(path), path.read_text(encoding="utf-8"), package)
+    assert not found
 
 
 STEPS = ("release", "intake", "ledger", "run", "tell", "verbs")
 
 
-@pytest.mark.parametrize("path", sorted((ROOT / "grading").rglob("*.py")), ids=name_of)
-def test_a_step_of_grading_imports_only_from_steps_before(path):
-    own = path.relative_to(ROOT / "grading").parts[0]
-    targets = {
-        to.relative_to(ROOT / "grading").parts[0] for to in imported(path, HOME) if ROOT / "grading" in to.parents
-    }
-    later = STEPS[STEPS.index(own) + 1 :] if own in STEPS else STEPS
-    assert not targets & set(later)
+def test_a_step_of_grading_imports_only_from_steps_before():
+    home = ROOT / "grading"
+    for path in sorted(home.rglob("*.py")):
+        own = path.relative_to(home).parts[0]
+        targets = {to.relative_to(home).parts[0] for to in imported(path, HOME) if home in to.parents}
+        later = STEPS[STEPS.index(own) + 1 :] if own in STEPS else STEPS
+        assert not targets & set(later), name_of(path)
 
 
 def test_every_room_has_a_floor():
@@ -88,20 +88,20 @@ def test_every_room_has_a_floor():
 PAIRS = [(low, high) for low in FLOOR_OF for high in FLOOR_OF if low != high and FLOOR_OF[low] <= FLOOR_OF[high]]
 
 
-@pytest.mark.parametrize("low, high", PAIRS, ids=lambda room: room)
-def test_the_proof_sees_every_import_from_above_and_beside(low, high):
+def test_the_proof_sees_every_import_from_above_and_beside():
     """Every pair of rooms, in each form of an import."""
-    for source in (
-        f"from course_lib import {high}",
-        f"import course_lib.{high}.x",
-        f"def f():\n    from course_lib.{high}.x import y",
-        f"from ..{high} import x",
-        f"import importlib\nimportlib.import_module('course_lib.{high}.x')",
-    ):
-        assert len(set(violations(f"course_lib.{low}.m", source, f"course_lib.{low}"))) >= 1, source
-        if FLOOR_OF[low] < FLOOR_OF[high]:
-            below = source.replace(high, low)
-            assert violations(f"course_lib.{high}.m", below, f"course_lib.{high}") == [], below
+    for low, high in PAIRS:
+        for source in (
+            f"from course_lib import {high}",
+            f"import course_lib.{high}.x",
+            f"def f():\n    from course_lib.{high}.x import y",
+            f"from ..{high} import x",
+            f"import importlib\nimportlib.import_module('course_lib.{high}.x')",
+        ):
+            assert len(set(violations(f"course_lib.{low}.m", source, f"course_lib.{low}"))) >= 1, source
+            if FLOOR_OF[low] < FLOOR_OF[high]:
+                below = source.replace(high, low)
+                assert violations(f"course_lib.{high}.m", below, f"course_lib.{high}") == [], below
 
 
 def test_no_modules_import_each_other_in_a_ring():
@@ -133,17 +133,17 @@ def test_no_modules_import_each_other_in_a_ring():
     assert not rings, " -> ".join(name_of(path) for path in rings[0])
 
 
-@pytest.mark.parametrize("path", [p for p in MODULES if p.relative_to(ROOT).parts[0] in LIBRARY], ids=name_of)
-def test_the_library_reads_no_files_and_prints_nothing(path):
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    calls = {ast.unparse(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
-    assert not calls & {"print", "open", "input", "exec", "eval"}
+def test_the_library_reads_no_files_and_prints_nothing():
+    for path in (p for p in MODULES if p.relative_to(ROOT).parts[0] in LIBRARY):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        calls = {ast.unparse(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
+        assert not calls & {"print", "open", "input", "exec", "eval"}, name_of(path)
 
 
-@pytest.mark.parametrize("path", [p for p in MODULES if p.name == "__init__.py"], ids=name_of)
-def test_a_package_says_in_one_paragraph_what_is_in_it(path):
-    said = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
-    assert 30 < len(said) and (path.parent == ROOT or "\n\n" not in said)
+def test_a_package_says_in_one_paragraph_what_is_in_it():
+    for path in (p for p in MODULES if p.name == "__init__.py"):
+        said = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
+        assert 30 < len(said) and (path.parent == ROOT or "\n\n" not in said), name_of(path)
 
 
 def test_no_module_is_over_300_lines():
@@ -183,6 +183,7 @@ def exists(dotted: str) -> bool:
     return False
 
 
+@cache
 def _names(path: Path) -> set[str]:
     found: set[str] = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
@@ -197,12 +198,13 @@ def _names(path: Path) -> set[str]:
     return found
 
 
-@pytest.mark.parametrize("path", TEXTS, ids=lambda path: path.relative_to(HOME).as_posix())
-def test_names_of_the_library_in_texts_are_names_that_exist(path):
-    text = path.read_text(encoding="utf-8")
-    names = {f"course_lib{match[1]}" for match in DOTTED.finditer(text)}
-    for match in IMPORTED.finditer(text):
-        names |= {f"{match[1]}.{name.split(' as ')[0].strip()}" for name in match[2].split(",") if name.strip()}
-    assert sorted(name for name in names if not exists(name) and not INVENTED.match(name)) == []
-    files = {match[0].rstrip("/.") for match in FILES.finditer(text)}
-    assert sorted(name for name in files if not re.search("NN|NAME", name) and not (HOME / name).exists()) == []
+def test_names_of_the_library_in_texts_are_names_that_exist():
+    for path in TEXTS:
+        text = path.read_text(encoding="utf-8")
+        names = {f"course_lib{match[1]}" for match in DOTTED.finditer(text)}
+        for match in IMPORTED.finditer(text):
+            names |= {f"{match[1]}.{name.split(' as ')[0].strip()}" for name in match[2].split(",") if name.strip()}
+        wrong = [name for name in sorted(names) if not exists(name) and not INVENTED.match(name)]
+        files = {match[0].rstrip("/.") for match in FILES.finditer(text)}
+        wrong += [name for name in sorted(files) if not re.search("NN|NAME", name) and not (HOME / name).exists()]
+        assert not wrong, path.relative_to(HOME)

@@ -80,6 +80,7 @@ def test_the_lock_is_followed_for_each_machine():
     assert here["numpy"] != there["numpy"]  # the lock holds one for 3.11 and one for later Pythons
 
 
+@pytest.mark.slow
 def test_this_environment_is_the_locks():
     assert installed.differences(installed.locked_versions(LOCK)) == []
 
@@ -94,6 +95,7 @@ def test_what_ends_its_process_is_tried_in_another(monkeypatch):
     assert verdict.ok is False and "cannot be imported" in verdict.text and verdict.mend
 
 
+@pytest.mark.slow
 def test_open3d_is_imported_and_used():
     (verdict,) = verdicts_of(doctor._open3d)
     assert verdict.ok is True and verdict.text.endswith("holds a cloud of 3 points")
@@ -193,6 +195,7 @@ def test_the_exit_code_and_the_form_of_the_command(monkeypatch):
     assert rows[1]["mend"] == "python3 course.py start" and str(Path.home()) not in done.output
 
 
+@pytest.mark.slow
 def test_every_part_is_asked_on_this_machine(monkeypatch, tmp_path):
     monkeypatch.setenv("COURSE_CACHE", str(tmp_path))
     monkeypatch.delenv("COURSE_DATA_MIRROR", raising=False)

@@ -187,6 +187,7 @@ OLD = sorted(Path.home().glob(".pyenv/versions/3.*/bin/python"))
 OLD = [python for python in OLD if (3, 8) <= tuple(map(int, python.parts[-3].split(".")[:2])) < (3, 11)]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not OLD, reason="no Python 3.8 to 3.10 is installed by pyenv here")
 @pytest.mark.parametrize("python", OLD, ids=lambda python: python.parts[-3])
 def test_an_old_python_prints_the_command_with_a_newer_one(python):

@@ -47,6 +47,7 @@ def environment_for(index, folder, **more):
     return clean_environment(folder / "home", UV_DEFAULT_INDEX=index.url, **more)
 
 
+@pytest.mark.slow
 def test_everything_comes_from_the_institutions_index_and_later_runs_ask_nobody(index, course, tmp_path):
     conf = tmp_path / "pip.conf"
     conf.write_text(f"[global]\nindex-url = {index.url}/\n", encoding="utf-8")
@@ -69,6 +70,7 @@ def test_everything_comes_from_the_institutions_index_and_later_runs_ask_nobody(
     assert len(index.asked) == asked
 
 
+@pytest.mark.slow
 def test_a_changed_lock_is_followed_and_a_broken_environment_mended(index, course, tmp_path):
     environment = environment_for(index, tmp_path)
     assert run(course, environment, "reset")[0] == 0
@@ -81,6 +83,7 @@ def test_a_changed_lock_is_followed_and_a_broken_environment_mended(index, cours
     assert code == 0 and json.loads(printed)["answer"] == 42 and "Setting up" in said
 
 
+@pytest.mark.slow
 def test_an_environment_made_by_uv_itself_is_completed(index, course, tmp_path):
     environment = environment_for(index, tmp_path)
     assert run(course, environment, "reset")[0] == 0
@@ -126,6 +129,7 @@ def test_ctrl_c_is_a_sentence_and_the_same_command_goes_on(index, course, tmp_pa
     assert run(course, environment, "reset")[0] == 0
 
 
+@pytest.mark.slow
 def test_of_two_at_once_the_second_waits_and_says_so(index, course, tmp_path):
     environment = environment_for(index, tmp_path)
     index.hold.clear()
@@ -140,6 +144,7 @@ def test_of_two_at_once_the_second_waits_and_says_so(index, course, tmp_path):
     assert index.paths().count(f"/files/{UV_NAME}") == 1
 
 
+@pytest.mark.slow
 def test_a_package_of_another_hash_is_refused(course, tmp_path):
     other = wheel("tiny", "1.0", {"tiny.py": b"ANSWER = 666\n"})
     with serving({TINY_NAME: other, UV_NAME: uv_wheel()}) as index:
@@ -156,6 +161,7 @@ def test_an_unreachable_index_is_one_sentence(course, tmp_path):
     assert "cannot be reached" in said and "Traceback" not in said
 
 
+@pytest.mark.slow
 def test_an_index_that_vanishes_after_uv_is_one_sentence(course, tmp_path):
     with serving({UV_NAME: uv_wheel()}) as index:
         code, _, said = run(course, environment_for(index, tmp_path), "reset")
@@ -191,6 +197,7 @@ def test_a_read_only_folder_is_one_sentence(course, tmp_path):
     assert code == 18 and "cannot be written" in said and "cp -r" in said
 
 
+@pytest.mark.slow
 def test_a_verb_runs_without_other_pythons_settings(index, course, tmp_path):
     ros = tmp_path / "ros"
     ros.mkdir()

@@ -298,6 +298,7 @@ def status(address: str) -> int:
         return error.code
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="Ctrl-C cannot be sent to one process on Windows")
 def test_jupyterlab_answers_once_a_folder_and_stops_with_its_start(tree):
     with socket.socket() as taken:

@@ -106,7 +106,7 @@ def serving(content: bytes, *plans: dict):
     server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), _Handler)
     server.content, server.plans, server.requests = content, list(plans), []
     server.daemon_threads = True
-    thread = threading.Thread(target=server.serve_forever, daemon=True)
+    thread = threading.Thread(target=server.serve_forever, args=(0.01,), daemon=True)
     thread.start()
     try:
         yield server, f"http://127.0.0.1:{server.server_port}/file.bin"

@@ -328,6 +328,7 @@ def wait_for(path: Path, process: subprocess.Popen) -> None:
         time.sleep(0.02)
 
 
+@pytest.mark.slow
 def test_two_processes_make_it_once(tmp_path):
     wait = f"while not (folder / 'go on').exists(): time.sleep(0.02)"  # noqa: F541
     first = start(tmp_path, wait)
@@ -353,6 +354,7 @@ def test_ctrl_c_leaves_nothing(tmp_path):
     assert left(tmp_path / "cache") == []
 
 
+@pytest.mark.slow
 def test_what_a_killed_process_left_is_cleared_away(tmp_path, cache):
     process = start(tmp_path, "time.sleep(100)")
     wait_for(tmp_path / "made", process)

@@ -28,6 +28,7 @@ def test_the_stored_form_of_a_slider_is_a_strip():
     assert "Image 'grey 250' of 10 × 10 pixels" in images.alt
 
 
+@pytest.mark.slow
 def test_a_live_slider_turns_through_the_same_frames(monkeypatch):
     monkeypatch.setenv("COURSE_LIVE", "1")
     box = show.slider(lambda k: np.full((10, 10), k, np.uint8), [10, 250], label="grey")

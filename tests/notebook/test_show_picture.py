@@ -103,6 +103,7 @@ def test_margins_are_cut_and_class_colours_stay_exact():
     assert (made.pixels[20, 20] == rgb("outlier")).all()
 
 
+@pytest.mark.slow
 def test_a_photo_is_made_small_enough():
     rng = np.random.default_rng(0)
     coarse = rng.integers(0, 255, (44, 56, 3)).astype(np.uint8)
@@ -147,6 +148,7 @@ def test_style_sets_the_colour_cycle(monkeypatch):
     assert set(COLOURS) >= {"inlier", "outlier", "source", "target"}
 
 
+@pytest.mark.slow
 def test_pictures_warn_of_nothing_and_look_the_same_under_the_style(monkeypatch):
     """Whatever rcParams a notebook has set: a warning would land in its stored output."""
     from matplotlib import rc_context

@@ -65,6 +65,7 @@ def test_points_land_where_the_view_says(renderer):
     assert where(images[2], red=True)[0] > where(images[2], red=False)[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("renderer", renderers())
 def test_near_things_hide_far_ones(renderer):
     near = np.array([(x, y, 1.0) for x in np.linspace(-0.5, 0.5, 99) for y in np.linspace(-0.5, 0.5, 99)])
@@ -119,6 +120,7 @@ def test_an_unknown_renderer_is_refused(monkeypatch):
         show(box_cloud())
 
 
+@pytest.mark.slow
 def test_without_opengl_matplotlib_draws_and_the_picture_says_so(monkeypatch):
     monkeypatch.delenv("COURSE_RENDER", raising=False)
     monkeypatch.setattr(_probe, "missing_libraries", lambda: ["libEGL.so.1"])

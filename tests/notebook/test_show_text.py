@@ -117,6 +117,7 @@ def test_the_picture_says_what_to_see_first_then_what_was_computed():
     assert data["text/plain"] == about["image/png"]["alt"] == repr(picture) == picture.alt
 
 
+@pytest.mark.slow
 def test_no_address_and_no_hash_is_in_any_text():
     for picture in (show(box_cloud()), show(square_mesh()), show(straight_path())):
         assert not re.search(r"0x[0-9a-f]{4,}|[0-9a-f]{12,}", picture.alt)

@@ -1,24 +1,20 @@
-"""The stored notebooks that a run proves: all of them, or under `course test --quick` lesson 00 and lab 01."""
+"""The stored notebooks that a run proves: all of them, or of a quick proof the first lesson and the first labs."""
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
-from course_lib.authoring.prove import QUICK_LAB, QUICK_LESSON
+from how_thorough import QUICK
+
+from course_lib.authoring.prove import proved
 from course_lib.authoring.tree import Source, course_tree
 
 TREE = course_tree()
-QUICK = os.environ.get("COURSE_QUICK") == "1"
 
 
 def sources() -> list[Source]:
     """Lessons and labs of this run."""
-    lessons, labs = TREE.lessons(), TREE.labs()
-    if QUICK:
-        lessons = [lesson for lesson in lessons if lesson.number == QUICK_LESSON]
-        labs = [lab for lab in labs if lab.number == QUICK_LAB]
-    return lessons + labs
+    return proved(TREE, "quick" if QUICK else "all")
 
 
 def notebooks() -> list[Path]:

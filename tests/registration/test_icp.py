@@ -330,7 +330,6 @@ def test_partners_kept_from_earlier_steps_are_the_nearest_ones(to_planes):
     assert apart(icp(source, target, 0.4, given_normals, steps=8, tolerance=0.0).T_target_source, T, source) < 1e-9
 
 
-@settings(max_examples=60)
 @given(SEEDS, st.integers(1, 40), st.lists(st.tuples(st.floats(0, 1), st.floats(0.05, 3)), min_size=2, max_size=8))
 @pytest.mark.parametrize("small", [0, 2000], ids=["grid", "tree"])
 def test_correspondences_on_any_way_are_those_of_brute_force(small, seed, n, way):

@@ -22,6 +22,7 @@ def distance_to_truth(points: np.ndarray) -> np.ndarray:
     return np.minimum(wall, ball)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("camera", [CAMERA, SKEWED, BENT], ids=["d455", "off-centre", "distorted"])
 @pytest.mark.parametrize("turn", [FORWARD, look_at((0.4, -0.2, 0.3), (0.2, 2, -0.1))], ids=["straight", "slanted"])
 def test_deprojected_depth_lies_on_the_true_surface(sphere_and_wall, camera, turn):
@@ -32,6 +33,7 @@ def test_deprojected_depth_lies_on_the_true_surface(sphere_and_wall, camera, tur
     assert len(points) > 0.5 * camera.width * camera.height
 
 
+@pytest.mark.slow
 def test_half_a_pixel_would_be_seen(sphere_and_wall):
     turn = look_at((0.4, -0.2, 0.3), (0.2, 2, -0.1))
     frame = virtual.render(sphere_and_wall, CAMERA, turn)
@@ -70,6 +72,7 @@ def test_labels_name_what_each_pixel_sees(sphere_and_wall):
     assert labels[240, 340] == sphere_and_wall.label("ball")
 
 
+@pytest.mark.slow
 def test_light_makes_shadow_and_falls_off(desk_scene):
     colors = virtual.render(desk_scene, preset("d455_depth_424x240"), desk_scene.views["first"]).color
     spread = colors.reshape(-1, 3).astype(float).std(axis=0)

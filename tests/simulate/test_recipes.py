@@ -75,11 +75,13 @@ def check_form(output: RecipeOutput) -> None:
     assert all(isinstance(array, np.ndarray) for array in output.truth.values())
 
 
+@pytest.mark.slow
 def test_recipes_have_the_promised_form(pair, bunny):
     check_form(pair)
     check_form(bunny)
 
 
+@pytest.mark.slow
 def test_bunny_like_has_about_the_size_of_the_bunny(bunny):
     cloud, mesh = bunny.clouds["cloud"], bunny.meshes["surface"]
     assert 35_000 < len(cloud["points"]) < 37_500
@@ -89,6 +91,7 @@ def test_bunny_like_has_about_the_size_of_the_bunny(bunny):
     assert cloud["colors"].std(axis=0).min() > 20
 
 
+@pytest.mark.slow
 def test_desk_pair_depth_agrees_with_its_truth(pair):
     camera = PinholeCamera(**pair.camera)
     for frame in pair.frames:
@@ -100,11 +103,13 @@ def test_desk_pair_depth_agrees_with_its_truth(pair):
     assert not np.array_equal(pair.frames[0]["color"], pair.frames[1]["color"])
 
 
+@pytest.mark.slow
 def test_desk_pair_knows_the_motion_between_its_views(pair):
     first, second = pair.poses
     assert np.allclose(compose(first, pair.truth["T_first_second"]), second)
 
 
+@pytest.mark.slow
 def test_lettered_box_knows_its_planes_and_its_print():
     output = recipe("lettered_box").make()
     check_form(output)
@@ -129,6 +134,7 @@ def test_the_path_of_living_room():
     assert len(poses) == 30 and 0.9 <= path_length(poses) <= 1.5
 
 
+@pytest.mark.slow
 def test_arrays_repeat_bit_for_bit_in_other_processes_and_with_other_thread_counts():
     prints = []
     for threads in ("1", "2"):
@@ -140,6 +146,7 @@ def test_arrays_repeat_bit_for_bit_in_other_processes_and_with_other_thread_coun
     assert len(prints[0]) == 64 and prints[0] == prints[1]
 
 
+@pytest.mark.slow
 def test_another_seed_is_another_animal(bunny):
     other = recipe("bunny_like").make(seed=8)
     assert other.clouds["cloud"]["points"].shape != bunny.clouds["cloud"]["points"].shape
@@ -162,6 +169,7 @@ def outlier_shot():
     return camera, outlier_desk.shoot(desk(3), camera, np.random.default_rng(3))
 
 
+@pytest.mark.slow
 def test_every_point_of_an_outlier_desk_is_labelled_by_its_distance_to_the_truth(outlier_shot):
     """What is called a surface lies near one; what is called an outlier lies far from all."""
     from course_lib.geometry.transforms import apply
@@ -183,6 +191,7 @@ def test_every_point_of_an_outlier_desk_is_labelled_by_its_distance_to_the_truth
     assert 0.01 < wrong.mean() < 0.06
 
 
+@pytest.mark.slow
 def test_reflections_lie_behind_the_glass_and_points_are_the_frames_pixels(outlier_shot):
     from course_lib.simulate import outlier_desk
 
@@ -195,6 +204,7 @@ def test_reflections_lie_behind_the_glass_and_points_are_the_frames_pixels(outli
     assert (shot.frame["artefacts"][measured][mirrored] == outlier_desk.MIRRORED).all()
 
 
+@pytest.mark.slow
 def test_an_outlier_desk_repeats(outlier_shot):
     from course_lib.simulate import outlier_desk
     from course_lib.simulate.scenes import desk

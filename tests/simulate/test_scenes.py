@@ -14,6 +14,7 @@ from course_lib.surface.metrics import distance_to_surface
 SMALL = preset("d455_depth_640x480").scaled(160, 120)
 
 
+@pytest.mark.slow
 def test_the_true_surface_of_the_room_is_small_enough_to_pass_around(room):
     mesh, labels = room.labelled_mesh()
     assert 20_000 < len(mesh.triangles) < 40_000
@@ -23,6 +24,7 @@ def test_the_true_surface_of_the_room_is_small_enough_to_pass_around(room):
     assert table.vertices[:, 2].max() == pytest.approx(TABLE[2] - 0.005)
 
 
+@pytest.mark.slow
 def test_the_path_around_the_table_reveals_its_things_between_half_a_metre_and_five(room):
     poses = living_room_path(7)
     near, far, seen = np.inf, 0.0, set()
@@ -36,6 +38,7 @@ def test_the_path_around_the_table_reveals_its_things_between_half_a_metre_and_f
     assert np.linalg.norm(poses[15][:3, 3] - TABLE) == pytest.approx(1.5, abs=0.05)
 
 
+@pytest.mark.slow
 def test_rendered_points_lie_on_the_true_surface(room):
     T = room.views["table"]
     frame = virtual.render(room, SMALL, T)
@@ -57,6 +60,7 @@ def test_the_views_of_failure_show_their_failure(room):
     assert (measured.artefacts == d455.FLYING).mean() > 0.005
 
 
+@pytest.mark.slow
 def test_the_desk_is_a_close_up(desk_scene):
     camera = preset("d455_depth_848x480").scaled(212, 120)
     frame, labels = virtual.render_labelled(desk_scene, camera, desk_scene.views["first"])

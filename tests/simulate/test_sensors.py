@@ -85,6 +85,7 @@ def test_structured_light_refuses_a_pattern_of_another_size():
         sensors.structured_light(Scene([upright_wall(2.0)]), CAMERA, FORWARD, CAMERA, FORWARD, np.ones((3, 3)))
 
 
+@pytest.mark.slow
 def test_stereo_disparity_moves_the_picture_of_the_wall(desk_scene):
     pair = sensors.stereo_pair(desk_scene, CAMERA, desk_scene.views["first"], 0.05)
     visible = (pair.disparity > 0) & ~pair.occluded

@@ -76,6 +76,7 @@ def animal() -> shapes.Solid:
     return shapes.organic_shape(seed=7)
 
 
+@pytest.mark.slow
 def test_animal_is_closed_oriented_and_in_one_piece(animal):
     mesh = as_open3d(animal.vertices, animal.triangles)
     assert 35_000 <= len(animal.vertices) <= 37_500
@@ -86,6 +87,7 @@ def test_animal_is_closed_oriented_and_in_one_piece(animal):
     assert np.linalg.norm(animal.normals, axis=1) == pytest.approx(1.0)
 
 
+@pytest.mark.slow
 def test_animal_has_the_size_of_the_bunny_and_no_symmetry(animal):
     extent = np.ptp(animal.vertices, axis=0)
     assert extent.max() < 0.20 and extent[0] == pytest.approx(0.15, abs=0.01)
@@ -96,6 +98,7 @@ def test_animal_has_the_size_of_the_bunny_and_no_symmetry(animal):
     assert set(np.unique(animal.part)) == set(range(len(shapes.PARTS)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spacing", [0.0026, 0.004])
 @pytest.mark.parametrize("seed", [0, 1])
 def test_coarser_animals_are_closed_too(spacing, seed):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import task_proofs as proofs
+from how_thorough import sample
 from tiny_tasks import NO_FOCAL, OPEN, RIGHT, SHIFTED, TASK, cases, spoiled
 
 from course_lib.tasks.core import Case, Misconception
@@ -22,7 +23,7 @@ def test_sound_task_stands() -> None:
     for misconception in TASK.misconceptions:
         proofs.misconception_shows(TASK, misconception)
     failed, judged = proofs.unfair_share(TASK, reference)
-    assert judged > 1000 and failed == 0
+    assert judged > 100 * sample(10, 3) and failed == 0
 
 
 def test_wrong_reference_is_caught() -> None:
@@ -104,7 +105,7 @@ def test_guess_that_pays_is_caught() -> None:
     from dataclasses import replace
 
     lucky = replace(OPEN, guess=lambda rng: lambda values: float(values.mean()))
-    with pytest.raises(AssertionError, match="50 of 50 random settings"):
+    with pytest.raises(AssertionError, match=f"{len(proofs.SEEDS)} of {len(proofs.SEEDS)} random settings"):
         proofs.guessing_does_not_pay(lucky)
 
 
