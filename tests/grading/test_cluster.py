@@ -22,6 +22,7 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import NameOID
 from distributed import Client, Security
 from grading_helpers import ROOT, alive_after, job, need_sandbox, submission
+from how_thorough import sample
 
 from course_lib.authoring.tree import CourseError
 from course_lib.grading.records import same_grades
@@ -31,10 +32,13 @@ from course_lib.grading.run.cluster import grade_on_cluster
 ANSWERS = ["return depth_mm / 1000", "return depth_mm", "return depth_mm * 1000", "raise ValueError('no')"]
 
 
+COUNT = sample(12, 6)
+
+
 def jobs() -> list[dict]:
     return [
         job("00", submission("00", {1: f"def metres(depth_mm):\n    # number {i}\n    {ANSWERS[i % 4]}\n"}))
-        for i in range(12)
+        for i in range(COUNT)
     ]
 
 
@@ -75,10 +79,11 @@ def _address(told: Path, scheduler: subprocess.Popen) -> str:
     pytest.fail(f"the scheduler did not start: {(told.parent / '0.log').read_text(errors='replace')[-800:]}")
 
 
-@pytest.fixture
-def cluster(certificates, tmp_path):
-    """The address of a scheduler with two workers, its security, and the workers' processes."""
+@pytest.fixture(scope="module")
+def cluster(certificates, tmp_path_factory):
+    """The address of a scheduler with two workers, its security, and its processes; the last test kills one worker."""
     need_sandbox()
+    tmp_path = tmp_path_factory.mktemp("cluster")
     tls = ["--tls-ca-file", certificates["cert"], "--tls-cert", certificates["cert"], "--tls-key", certificates["key"]]
     processes = []
 
@@ -141,7 +146,7 @@ def collected(address, security, after_each=lambda place: None) -> dict:
 def test_the_cluster_gives_the_same_grades(cluster, expected):
     address, security, _ = cluster
     records = collected(address, security)
-    assert sorted(records) == sorted(expected) == list(range(12))
+    assert sorted(records) == sorted(expected) == list(range(COUNT))
     assert all(same_grades(records[place], expected[place]) for place in expected)
 
 
@@ -157,7 +162,7 @@ def test_a_worker_killed_in_the_middle_loses_nothing(cluster, expected):
             workers[0].wait(10)
 
     records = collected(address, security, kill)
-    assert workers[0].poll() is not None and sorted(records) == list(range(12))
+    assert workers[0].poll() is not None and sorted(records) == list(range(COUNT))
     assert all(same_grades(records[place], expected[place]) for place in expected)
 
 
