@@ -35,9 +35,10 @@ MOVED = {
     "floors": "cloud.floors",
     "meshes": "surface.meshes",
     "metrics": "surface.metrics",
-    "registration": "registration.icp",
     "partners": "registration.correspondences",
     "robust": "registration.robust",
+    "tasks.desk_05": "tasks.labs.lab_05_outliers.small_desk",
+    "tasks.scans_07": "tasks.labs.lab_07_icp.two_scans",
 }
 """Where a module is now that lessons and labs of earlier versions import by another name."""
 
@@ -59,7 +60,7 @@ class _Moved(importlib.abc.MetaPathFinder):
     """Answers where nothing else does: the import of a module that has moved says where it is now."""
 
     def find_spec(self, fullname, path, target=None):
-        package, _, name = fullname.rpartition(".")
+        package, _, name = fullname.partition(".")
         if package == "course_lib" and name in MOVED:
             raise _moved(name)
 

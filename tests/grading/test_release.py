@@ -10,13 +10,16 @@ import sys
 import zipfile
 from pathlib import Path
 
+import nbformat
 import pytest
-from grading_helpers import ROOT
+from grading_helpers import ROOT, graded, need_sandbox, submission
 
 from course_lib import tasks
 from course_lib.authoring import notebooks as nbs
 from course_lib.authoring import solutions
 from course_lib.authoring.tree import CourseError, course_tree
+from course_lib.grading.intake.intake import IntakeLimits, notebook_of
+from course_lib.grading.release.rebuild import older_release
 from course_lib.grading.release.release import MANIFEST, fewer_hints, release
 from course_lib.grading.release.released import released_lab
 
@@ -164,3 +167,35 @@ def test_verbs_that_are_not_there_say_so(tree):
     command = [sys.executable, "-c", code]
     done = subprocess.run(command, cwd=tree, env={"PYTHONPATH": str(tree)}, capture_output=True, text=True, timeout=60)
     assert done.returncode == 1 and "not part of this copy" in done.stderr, done.stderr
+
+
+OLDER = "This notebook was released by an earlier version of the course: it imports course_lib."
+
+
+def _as_before(lab: str, now: str, before: str) -> bytes:
+    text = submission(lab).decode()
+    assert now in text
+    return text.replace(now, before).encode()
+
+
+def test_a_lab_released_before_modules_moved_is_refused_and_never_scored():
+    need_sandbox()
+    record = graded(
+        "02", _as_before("02", "from course_lib.cloud import pointcloud", "from course_lib import pointcloud")
+    )
+    assert (record["status"], record["points"], record["tasks"]) == ("infrastructure", 0.0, [])
+    assert record["reason"].startswith(f"{OLDER}pointcloud, now course_lib.cloud.pointcloud. ")
+
+
+def test_names_below_a_package_moved_too():
+    now = "course_lib.tasks.labs.lab_05_outliers.small_desk"
+    data = _as_before("05", f"from {now} import small_desk", "from course_lib.tasks.desk_05 import small_desk")
+    assert older_release(notebook_of(data, IntakeLimits()), released_lab("05")).startswith(
+        f"{OLDER}tasks.desk_05, now {now}. "
+    )
+
+
+def test_an_old_import_in_a_learners_own_cell_of_todays_lab_costs_nothing():
+    nb = notebook_of(submission("02"), IntakeLimits())
+    nb.cells.append(nbformat.v4.new_code_cell("from course_lib import pointcloud"))
+    assert older_release(nb, released_lab("02")) == ""

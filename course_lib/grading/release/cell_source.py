@@ -92,6 +92,17 @@ def bound(statement: ast.stmt) -> set[str]:
     return names
 
 
+def imported(tree: ast.AST) -> set[str]:
+    """The modules that are imported, and the names from modules, with dots."""
+    found: set[str] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            found |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+    return found
+
+
 def used(statement: ast.AST) -> set[str]:
     return {node.id for node in ast.walk(statement) if isinstance(node, ast.Name)} - BUILTINS
 

@@ -14,13 +14,14 @@ from dataclasses import dataclass, field
 
 from nbformat import NotebookNode
 
+from course_lib import MOVED
 from course_lib.authoring.notebooks import task_heading
 from course_lib.grading.records import Notice
-from course_lib.grading.release.cell_source import bound, normal, parse, plain_python, used, with_decorators
+from course_lib.grading.release.cell_source import bound, imported, normal, parse, plain_python, used, with_decorators
 
 from .released import ReleasedLab, Slot
 
-__all__ = ["Answer", "Piece", "Rebuilt", "rebuild"]
+__all__ = ["Answer", "Piece", "Rebuilt", "older_release", "rebuild"]
 
 MOST_PIECES = 60
 """So many statements of an answer are run one by one; the rest together."""
@@ -106,6 +107,25 @@ def rebuild(nb: NotebookNode, lab: ReleasedLab) -> Rebuilt:
     notices += _frame_notices(cells, lab)
     pieces = [piece for name in lab.given for piece in _split("", lab.cells[name], given_trees[name])]
     return Rebuilt(pieces, [answer for answer, _ in chosen], notices)
+
+
+def older_release(nb: NotebookNode, lab: ReleasedLab) -> str:
+    """Why a notebook is of a release before modules moved, as a sentence; "" where it is not.
+
+    Such a notebook lacks a given cell as it is released now, and imports a module by the name of before.
+    """
+    trees = [cell.tree for cell in _cells(nb) if cell.tree is not None]
+    given = {normal(parse(lab.cells[name])[0] or ast.Module([], [])) for name in lab.given}
+    if given <= {normal(tree) for tree in trees}:
+        return ""
+    names = set().union(*(imported(tree) for tree in trees))
+    for name, now in MOVED.items():
+        if f"course_lib.{name}" in names:
+            return (
+                f"This notebook was released by an earlier version of the course: it imports course_lib.{name}, now "
+                f"course_lib.{now}. Grade it with the version that released it, or ask for the answers in a fresh copy."
+            )
+    return ""
 
 
 def _cells(nb: NotebookNode) -> list[_Cell]:

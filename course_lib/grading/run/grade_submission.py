@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, TypedDict
 from course_lib import tasks
 from course_lib.grading.intake.intake import IntakeLimits, Unreadable, notebook_of
 from course_lib.grading.records import FORMAT, Notice, Record, TaskRecord
-from course_lib.grading.release.rebuild import Answer, Rebuilt, rebuild
+from course_lib.grading.release.rebuild import Answer, Rebuilt, older_release, rebuild
 from course_lib.grading.release.released import ReleasedLab, released_lab
 from course_lib.grading.run.grader_version import grader_version
 from course_lib.tasks.judging import Result
@@ -183,6 +183,9 @@ def _grade(job: Job, record: Record, prepared: Prepared, held: Held, limits: Lim
         nb = notebook_of(base64.b64decode(job["notebook"]), IntakeLimits())
     except Unreadable as error:
         record.update(unreadable_record(job, error.code, error.sentence) | {"isolation": record["isolation"]})
+        return
+    if older := older_release(nb, lab):
+        _failed(record, "older release", older)
         return
     rebuilt = rebuild(nb, lab)
     refused = {answer.slot.task.id: _refusal(answer, lab) for answer in rebuilt.answers if answer.state == "found"}
