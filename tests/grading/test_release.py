@@ -14,7 +14,7 @@ import nbformat
 import pytest
 from grading_helpers import ROOT, graded, need_sandbox, submission
 
-from course_lib import tasks
+from course_lib import MOVED, tasks
 from course_lib.authoring import notebooks as nbs
 from course_lib.authoring import solutions
 from course_lib.authoring.tree import CourseError, course_tree
@@ -170,6 +170,7 @@ def test_verbs_that_are_not_there_say_so(tree):
 
 
 OLDER = "This notebook was released by an earlier version of the course: it imports course_lib."
+OLD_IMPORT = "from course_lib import {}".format("pointcloud")
 
 
 def _as_before(lab: str, now: str, before: str) -> bytes:
@@ -180,22 +181,20 @@ def _as_before(lab: str, now: str, before: str) -> bytes:
 
 def test_a_lab_released_before_modules_moved_is_refused_and_never_scored():
     need_sandbox()
-    record = graded(
-        "02", _as_before("02", "from course_lib.cloud import pointcloud", "from course_lib import pointcloud")
-    )
+    record = graded("02", _as_before("02", "from course_lib.cloud import pointcloud", OLD_IMPORT))
     assert (record["status"], record["points"], record["tasks"]) == ("infrastructure", 0.0, [])
     assert record["reason"].startswith(f"{OLDER}pointcloud, now course_lib.cloud.pointcloud. ")
 
 
 def test_names_below_a_package_moved_too():
-    now = "course_lib.tasks.labs.lab_05_outliers.small_desk"
-    data = _as_before("05", f"from {now} import small_desk", "from course_lib.tasks.desk_05 import small_desk")
-    assert older_release(notebook_of(data, IntakeLimits()), released_lab("05")).startswith(
-        f"{OLDER}tasks.desk_05, now {now}. "
-    )
+    name = "tasks.desk_05"
+    now = MOVED[name]
+    data = _as_before("05", f"from course_lib.{now} import", f"from course_lib.{name} import")
+    said = older_release(notebook_of(data, IntakeLimits()), released_lab("05"))
+    assert said.startswith(f"{OLDER}{name}, now course_lib.{now}. ")
 
 
 def test_an_old_import_in_a_learners_own_cell_of_todays_lab_costs_nothing():
     nb = notebook_of(submission("02"), IntakeLimits())
-    nb.cells.append(nbformat.v4.new_code_cell("from course_lib import pointcloud"))
+    nb.cells.append(nbformat.v4.new_code_cell(OLD_IMPORT))
     assert older_release(nb, released_lab("02")) == ""

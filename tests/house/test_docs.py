@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import numpy as np
@@ -68,3 +69,19 @@ def test_conventions_fit_one_page():
 def test_conventions_give_the_ideal_principal_point():
     camera = pinhole.camera_from_fov(1.0, 640, 480, axis="horizontal")
     assert "cx = (W − 1)/2" in CONVENTIONS and camera.cx == (640 - 1) / 2
+
+
+def test_every_dependency_says_where_it_is_used_and_is_used_there():
+    imported: dict[str, set[str]] = {}
+    for module, distributions in packages_distributions().items():
+        for name in distributions:
+            imported.setdefault(name.lower(), set()).add(module)
+    lines = re.findall(
+        r'^ {4}"([\w-]+)[^"]*", *# (.+)$', (ROOT / "pyproject.toml").read_text(encoding="utf-8"), flags=re.M
+    )
+    assert len(lines) >= 35
+    for name, said in lines:
+        for file in re.findall(r"[\w/]+\.py\b", said):
+            text = (ROOT / file).read_text(encoding="utf-8") if "/" in file else name
+            words = imported.get(name, set()) | {name.replace("-", "_"), name}
+            assert any(re.search(rf"\b{word}\b", text) for word in words), f"{file} does not use {name}"
