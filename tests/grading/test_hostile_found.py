@@ -549,7 +549,7 @@ def test_no_cell_runs_where_a_semicolon_begins_one(text, monkeypatch):
         return any(cell.strip(" \u200b\"'\t")[:1] in tuple("=+-@") and "'" not in cell for cell in cells)
 
     assert not runs()
-    monkeypatch.setattr(safe_text, "_HIDDEN", pages.re.compile("(never)^"))
+    monkeypatch.setattr(safe_text, "_HIDDEN", re.compile("(never)^"))
     assert runs()  # the control
 
 
