@@ -45,7 +45,6 @@ from course_lib.grading.release import cell_source, rebuild
 from course_lib.grading.release.released import released_lab
 from course_lib.grading.run import engine, kernel, kernel_imports, nbval_items, worker
 from course_lib.grading.run.limits import read_limits
-from course_lib.grading.tell import pages
 from course_lib.grading.tell.class_report import class_report
 from course_lib.grading.tell.explain import explain
 from course_lib.grading.verbs.grade import Settings, grade_folder
