@@ -7,7 +7,7 @@ from itertools import combinations
 
 from course_lib.tasks.core import Misconception
 
-__all__ = ["left_in", "swapped"]
+__all__ = ["left_in", "mended", "swapped"]
 
 
 def swapped(cause_of: Mapping[str, str], a: str, b: str) -> str:
@@ -23,8 +23,18 @@ def swapped(cause_of: Mapping[str, str], a: str, b: str) -> str:
     return f"def causes():\n    return {answer!r}\n"
 
 
+def mended(given: Mapping[str, tuple[str, str, str]], left: Iterable[str]) -> list[str]:
+    """The pieces of a given program, in order, with only these mistakes still in it.
+
+    Parameters
+    ----------
+    given : by a mistake's name, the wrong piece of code, the right one, and what the mistake is.
+    """
+    return [wrong if name in left else right for name, (wrong, right, _) in given.items()]
+
+
 def left_in(
-    messages: Mapping[str, str],
+    given: Mapping[str, tuple[str, str, str]],
     source: Callable[[tuple[str, ...]], str],
     which: Iterable[tuple[str, ...]] | None = None,
 ) -> tuple[Misconception, ...]:
@@ -32,13 +42,13 @@ def left_in(
 
     Parameters
     ----------
-    messages : what each given mistake is, by its name.
+    given : as in `mended`.
     source : the given program with only these mistakes still in it.
     which : the combinations that answer differently from each other; None for all.
     """
     if which is None:
-        which = (left for count in range(1, len(messages) + 1) for left in combinations(messages, count))
+        which = (left for count in range(1, len(given) + 1) for left in combinations(given, count))
     return tuple(
-        Misconception(" and ".join(left) + " left in", "; and ".join(messages[name] for name in left), source(left))
+        Misconception(" and ".join(left) + " left in", "; and ".join(given[name][2] for name in left), source(left))
         for left in which
     )

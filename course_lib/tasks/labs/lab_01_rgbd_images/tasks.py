@@ -8,7 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 from course_lib.tasks.core import Case, Misconception, Task
-from course_lib.tasks.judges import judge_array, judge_choice, judge_words
+from course_lib.tasks.judges import judge_array
+from course_lib.tasks.kinds import in_words, which_cause
 from course_lib.tasks.labs.lab_01_rgbd_images import flying_pixels, resizing
 from course_lib.tasks.labs.lab_01_rgbd_images.wall import MILLIMETRE, wall_with_things
 
@@ -178,16 +179,12 @@ _TASK_2 = Task(
 
 _CAUSES = {"A": "8 bits", "B": "flipped", "C": "range", "D": "mixed", "E": "tum"}
 
-_TASK_4 = Task(
-    id="01-4",
-    title="Which mistake made this?",
-    points=2,
-    version=1,
-    kind="which",
-    signature="def causes()",
-    cases=lambda rng: [Case({}, {"truth": _CAUSES}, "the five error images above")],
-    judge=lambda case, answer: judge_choice(answer, case.truth, sorted(_CAUSES.values()), "the cause"),
-    misconceptions=(
+_TASK_4 = which_cause(
+    "01-4",
+    "Which mistake made this?",
+    _CAUSES,
+    "the five error images above",
+    (
         Misconception(
             "outlines taken for stripes",
             "8 bits and mixing exchanged: 8 bits make stripes on every surface, mixing only errs along outlines",
@@ -204,27 +201,21 @@ _TASK_4 = Task(
             'def causes():\n    return {"A": "8 bits", "B": "tum", "C": "range", "D": "mixed", "E": "flipped"}\n',
         ),
     ),
-    where="lesson 01, sections 2 to 4 and Break it",
+    "lesson 01, sections 2 to 4 and Break it",
 )
 
 
 # Task 6: explain
 
-_TASK_6 = Task(
-    id="01-6",
-    title="Explain",
-    points=2,
-    version=1,
-    kind="explain",
-    signature="def explain()",
-    cases=lambda rng: [Case({}, {"truth": ""})],
-    judge=lambda case, answer: judge_words(answer, 60),
-    rubric=(
+_TASK_6 = in_words(
+    "01-6",
+    "Explain",
+    (
         "0: neither 8 bits nor the mixing of neighbours, or only that the file is worse",
         "1: one of the two with what it does to points, or both without what they do",
         "2: 8 bits (steps of centimetres, staircases) and mixing (points in mid-air at outlines or beside zeros)",
     ),
-    where="lesson 01, section 4 and Break it",
+    "lesson 01, section 4 and Break it",
 )
 
 TASKS = (_TASK_1, _TASK_2, resizing.TASK, _TASK_4, flying_pixels.TASK, _TASK_6)

@@ -13,12 +13,11 @@ from course_lib.tasks.core import Case, Task, Verdict
 from course_lib.tasks.judges import (
     judge_array,
     judge_band,
-    judge_choice,
     judge_number,
     judge_transform,
-    judge_words,
     refuse,
 )
+from course_lib.tasks.kinds import in_words, which_cause
 from course_lib.tasks.labs.lab_02_point_clouds.mistakes import (
     BACK_MISTAKES,
     CAUSE_OF,
@@ -164,17 +163,13 @@ _TASK_3 = Task(
 
 # Task 4: which mistake moved it?
 
-_TASK_4 = Task(
-    id="02-4",
-    title="Which mistake moved it?",
-    points=2,
-    version=1,
-    kind="which",
-    signature="def causes()",
-    cases=lambda rng: [Case({}, {"truth": CAUSE_OF}, "the five clouds above")],
-    judge=lambda case, answer: judge_choice(answer, case.truth, sorted(CAUSE_OF.values()), "the cause"),
-    misconceptions=WHICH_MISTAKES,
-    where="lesson 02, sections 3 and 5",
+_TASK_4 = which_cause(
+    "02-4",
+    "Which mistake moved it?",
+    CAUSE_OF,
+    "the five clouds above",
+    WHICH_MISTAKES,
+    "lesson 02, sections 3 and 5",
 )
 
 
@@ -258,21 +253,15 @@ _TASK_5 = Task(
 
 # Task 6: explain
 
-_TASK_6 = Task(
-    id="02-6",
-    title="Explain",
-    points=2,
-    version=1,
-    kind="explain",
-    signature="def explain()",
-    cases=lambda rng: [Case({}, {"truth": ""})],
-    judge=lambda case, answer: judge_words(answer, 60),
-    rubric=(
+_TASK_6 = in_words(
+    "02-6",
+    "Explain",
+    (
         "0: neither what NaN saves you from nor what it costs",
         "1: that a zero is taken for a place (at the camera) and a NaN is not, or that the order of the pixels is kept",
         "2: both: a zero is a wrong point at the camera that enters every mean unnoticed; NaN keeps pixels in place",
     ),
-    where="lesson 02, section 2 (ordered and unordered)",
+    "lesson 02, section 2 (ordered and unordered)",
 )
 
 TASKS = (_TASK_1, _TASK_2, _TASK_3, _TASK_4, _TASK_5, _TASK_6)

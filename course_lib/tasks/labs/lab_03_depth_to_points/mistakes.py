@@ -6,7 +6,7 @@ Each source is the plain solution with one thing wrong, built from parts, so tha
 from __future__ import annotations
 
 from course_lib.tasks.core import Misconception
-from course_lib.tasks.mistakes import left_in, swapped
+from course_lib.tasks.mistakes import left_in, mended, swapped
 
 
 def _wrong_focal(expression: str) -> str:
@@ -133,7 +133,7 @@ _GIVEN_MISTAKES = {
 
 def _wrong_cloud(left: tuple[str, ...]) -> str:
     """The given code with some of its three mistakes still in it."""
-    depth, keep, axes = (wrong if key in left else right for key, (wrong, right, _) in _GIVEN_MISTAKES.items())
+    depth, keep, axes = mended(_GIVEN_MISTAKES, left)
     return (
         "def cloud_from_raw(raw, color, units_per_metre, camera_matrix):\n"
         f"    depth = {depth}\n"
@@ -147,7 +147,7 @@ def _wrong_cloud(left: tuple[str, ...]) -> str:
     )
 
 
-MEND_MISTAKES = left_in({name: said for name, (_, _, said) in _GIVEN_MISTAKES.items()}, _wrong_cloud) + (
+MEND_MISTAKES = left_in(_GIVEN_MISTAKES, _wrong_cloud) + (
     Misconception(
         "units multiplied",
         "stored numbers multiplied by the units of a metre: divide them, a larger number of units makes a smaller step",

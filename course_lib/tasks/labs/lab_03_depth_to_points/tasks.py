@@ -14,12 +14,11 @@ from course_lib.tasks.core import Case, Task, Verdict
 from course_lib.tasks.judges import (
     judge_array,
     judge_band,
-    judge_choice,
     judge_number,
-    judge_words,
     refuse,
     worst_of,
 )
+from course_lib.tasks.kinds import in_words, which_cause
 from course_lib.tasks.labs.lab_03_depth_to_points.mistakes import (
     CAUSE_OF,
     CAUSES,
@@ -245,17 +244,14 @@ TASKS = (
         ),
         where="lesson 03, section 4 (what goes wrong, in millimetres)",
     ),
-    Task(
-        id="03-4",
-        title="which mistake made this",
-        points=2,
-        version=1,
-        kind="which",
-        signature="def causes()",
-        cases=lambda rng: [Case({}, {"truth": dict(CAUSE_OF)}, "the six clouds above")],
-        judge=lambda case, answer: judge_choice(answer, case.truth, CAUSES, "the cause"),
-        misconceptions=WHICH_MISTAKES,
-        where="lesson 03, section 4 (what goes wrong, in millimetres)",
+    which_cause(
+        "03-4",
+        "which mistake made this",
+        CAUSE_OF,
+        "the six clouds above",
+        WHICH_MISTAKES,
+        "lesson 03, section 4 (what goes wrong, in millimetres)",
+        causes=CAUSES,
     ),
     Task(
         id="03-5",
@@ -270,22 +266,16 @@ TASKS = (
         guess=_guess_focal,
         where="lesson 03, Break it, for the idea, then this task's hints, for what slants in depth",
     ),
-    Task(
-        id="03-6",
-        title="explain the front view",
-        points=2,
-        version=1,
-        kind="explain",
-        signature="def explain()",
-        cases=lambda rng: [Case({}, {}, "your words")],
-        judge=lambda case, answer: judge_words(answer, 60),
-        rubric=(
+    in_words(
+        "03-6",
+        "explain the front view",
+        (
             "0: says that the picture, the depth or the camera must be faulty, or repeats that f is wrong.",
             "1: says that a wrong focal length only stretches x and y, or that the front view shows directions only; "
             "or names a measurement that exposes it.",
             "2: both: x and y are stretched alike while z is right, so from the camera's place the picture is only "
             "magnified; and one known length (or a right angle that is not parallel to the image) exposes it.",
         ),
-        where="lesson 03, Break it (the front view hides it)",
+        "lesson 03, Break it (the front view hides it)",
     ),
 )

@@ -6,7 +6,7 @@ Each source is the plain solution with one thing wrong, built from parts, so tha
 from __future__ import annotations
 
 from course_lib.tasks.core import Misconception
-from course_lib.tasks.mistakes import left_in, swapped
+from course_lib.tasks.mistakes import left_in, mended, swapped
 
 
 def _wrong_index(expression: str) -> str:
@@ -168,7 +168,7 @@ _GIVEN = {
 
 def _wrong_normal(left: tuple[str, ...] = (), column: str = "", sign: str = "< 0") -> str:
     """The given code with some of its three mistakes still in it."""
-    offsets, vector, arrow = (wrong if key in left else right for key, (wrong, right, _) in _GIVEN.items())
+    offsets, vector, arrow = mended(_GIVEN, left)
     return (
         "def normal_of(neighbours, viewpoint):\n"
         f"    offsets = {offsets}\n"
@@ -194,7 +194,7 @@ def _fitted(found: str, normal: str) -> str:
 # Without centring, the smallest eigenvector stands at a right angle on the mean itself, and both signs agree: the
 # sign that is left in as well shows after centring.
 _COMBINED = (("centring",), ("row",), ("sign",), ("centring", "row"), ("row", "sign"))
-NORMAL_MISTAKES = left_in({name: said for name, (_, _, said) in _GIVEN.items()}, _wrong_normal, _COMBINED) + (
+NORMAL_MISTAKES = left_in(_GIVEN, _wrong_normal, _COMBINED) + (
     Misconception(
         "nothing mended",
         "the given code as it was: points not centred, a row for a column, and the sign taken from the viewpoint alone",

@@ -12,7 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from course_lib.tasks.core import Case, Task, Verdict
-from course_lib.tasks.judges import judge_array, judge_choice, judge_words, refuse
+from course_lib.tasks.judges import judge_array, refuse
+from course_lib.tasks.kinds import in_words, which_cause
 from course_lib.tasks.labs.lab_04_downsampling.mistakes import (
     CAUSE_OF,
     CAUSES,
@@ -219,17 +220,14 @@ TASKS = (
         ),
         where="lesson 04, sections 3 and 4 (normals, and their sign)",
     ),
-    Task(
-        id="04-4",
-        title="which mistake made this",
-        points=2,
-        version=1,
-        kind="which",
-        signature="def causes()",
-        cases=lambda rng: [Case({}, {"truth": dict(CAUSE_OF)}, "the five clouds above")],
-        judge=lambda case, answer: judge_choice(answer, case.truth, CAUSES, "the cause"),
-        misconceptions=WHICH_MISTAKES,
-        where="lesson 04, section 1 (one point a cube)",
+    which_cause(
+        "04-4",
+        "which mistake made this",
+        CAUSE_OF,
+        "the five clouds above",
+        WHICH_MISTAKES,
+        "lesson 04, section 1 (one point a cube)",
+        causes=CAUSES,
     ),
     Task(
         id="04-5",
@@ -245,22 +243,17 @@ TASKS = (
         hides=("course_lib.cloud.downsample.sample_farthest", *_GRIDS),
         where="lesson 04, Going further (farthest point), then this task's hints",
     ),
-    Task(
-        id="04-6",
-        title="explain the smooth cloud",
-        points=2,
-        version=2,
-        kind="explain",
-        signature="def explain()",
-        cases=lambda rng: [Case({}, {}, "your words")],
-        judge=lambda case, answer: judge_words(answer, 60),
-        rubric=(
+    in_words(
+        "04-6",
+        "explain the smooth cloud",
+        (
             "0: says that downsampling removes noise, or that a larger voxel is always better or always worse.",
             "1: says that flat parts are averaged while edges are rounded off; or from what the voxel should follow "
             "(the thinnest thing to keep, or how much may be lost; the noise alone is no rule).",
             "2: both: a mean over a cube can average noise on flat parts, and rounds off edges by a good part of the "
             "voxel; and a rule for the voxel that names the thinnest detail or the error that can be borne.",
         ),
-        where="lesson 04, Report against reality (noise reduction)",
+        "lesson 04, Report against reality (noise reduction)",
+        version=2,
     ),
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from course_lib.tasks.core import Misconception
-from course_lib.tasks.mistakes import left_in, swapped
+from course_lib.tasks.mistakes import left_in, mended, swapped
 
 
 def _wrong_cut(expression: str) -> str:
@@ -156,7 +156,7 @@ _GIVEN_MISTAKES = {
 
 def _wrong_radius(left: tuple[str, ...]) -> str:
     """The given code with some of its three mistakes still in it."""
-    itself, squared, exchanged = (wrong if key in left else right for key, (wrong, right, _) in _GIVEN_MISTAKES.items())
+    itself, squared, exchanged = mended(_GIVEN_MISTAKES, left)
     return ("def keep_by_radius(points, radius, least):\n"
             "    difference = points[:, None] - points[None]\n"
             "    squared = (difference ** 2).sum(axis=-1)\n"
@@ -164,7 +164,7 @@ def _wrong_radius(left: tuple[str, ...]) -> str:
             f"    return {exchanged}\n")  # fmt: skip
 
 
-MEND_MISTAKES = left_in({name: said for name, (_, _, said) in _GIVEN_MISTAKES.items()}, _wrong_radius) + (
+MEND_MISTAKES = left_in(_GIVEN_MISTAKES, _wrong_radius) + (
     Misconception(
         "more than, not at least",
         "points with exactly `least` neighbours removed: at least means that they stay",

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from course_lib.tasks.core import Case, Misconception, Task, Verdict
-from course_lib.tasks.judges import judge_array, judge_choice, judge_labels, judge_number, judge_words
+from course_lib.tasks.judges import judge_array, judge_labels, judge_number
+from course_lib.tasks.kinds import in_words, which_cause
 from course_lib.tasks.labs.lab_05_outliers.cleaning import (
     CLEAN_MISTAKES,
     clean_distance,
@@ -219,17 +220,14 @@ TASKS = (
         hides=("course_lib.cloud.outliers.keep_by_radius",),
         where="lesson 05, section 3 (how many neighbours?)",
     ),
-    Task(
-        id="05-4",
-        title="which setting made this",
-        points=2,
-        version=1,
-        kind="which",
-        signature="def causes()",
-        cases=lambda rng: [Case({}, {"truth": dict(CAUSE_OF)}, "the five desks above")],
-        judge=lambda case, answer: judge_choice(answer, case.truth, CAUSES, "the cause"),
-        misconceptions=WHICH_MISTAKES,
-        where="lesson 05, sections 2 to 4, and Break it",
+    which_cause(
+        "05-4",
+        "which setting made this",
+        CAUSE_OF,
+        "the five desks above",
+        WHICH_MISTAKES,
+        "lesson 05, sections 2 to 4, and Break it",
+        causes=CAUSES,
     ),
     Task(
         id="05-5",
@@ -247,21 +245,16 @@ TASKS = (
         guess=guess_clean,
         where="lesson 05, section 4 (islands) and section 5 (a pipeline, tuned and reported)",
     ),
-    Task(
-        id="05-6",
-        title="explain why repeating never ends",
-        points=2,
-        version=2,
-        kind="explain",
-        signature="def explain()",
-        cases=lambda rng: [Case({}, {}, "your words")],
-        judge=lambda case, answer: judge_words(answer, 60),
-        rubric=(
+    in_words(
+        "05-6",
+        "explain why repeating never ends",
+        (
             "0: says that the cloud must be very noisy, or that more passes are needed.",
             "1: gives a cause: the threshold comes from the cloud itself and moves in as the deviation shrinks, or "
             "each pass measures anew, so that whoever lost a neighbour is next; or names a threshold fixed once.",
             "2: both: one of the two causes, and one fixed threshold (metres, multiples of the spacing, a median).",
         ),
-        where="lesson 05, Break it",
+        "lesson 05, Break it",
+        version=2,
     ),
 )

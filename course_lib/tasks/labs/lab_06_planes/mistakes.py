@@ -6,7 +6,7 @@ Each source is the plain solution with one thing wrong, built from parts, so tha
 from __future__ import annotations
 
 from course_lib.tasks.core import Misconception
-from course_lib.tasks.mistakes import left_in, swapped
+from course_lib.tasks.mistakes import left_in, mended, swapped
 
 
 def _wrong_tries(
@@ -156,7 +156,7 @@ _GIVEN_MISTAKES = {
 
 def _wrong_heights(left: tuple[str, ...], side: str = "") -> str:
     """The given code with some of its three mistakes still in it."""
-    length, offset, sign = (wrong if key in left else right for key, (wrong, right, _) in _GIVEN_MISTAKES.items())
+    length, offset, sign = mended(_GIVEN_MISTAKES, left)
     return (
         "def heights_above_floor(points, plane):\n"
         "    normal, d = plane[:3], plane[3]\n"
@@ -171,7 +171,7 @@ _HEIGHTS = (
     "    return {}\n"
 )
 
-HEIGHT_MISTAKES = left_in({name: said for name, (_, _, said) in _GIVEN_MISTAKES.items()}, _wrong_heights) + (
+HEIGHT_MISTAKES = left_in(_GIVEN_MISTAKES, _wrong_heights) + (
     Misconception(
         "side left to the normal",
         "heights on whichever side the normal points to: it may point down; the camera, at the origin, is above",

@@ -15,7 +15,8 @@ import numpy as np
 from course_lib.camera import pinhole
 from course_lib.cloud import floors
 from course_lib.tasks.core import Case, Task, Verdict
-from course_lib.tasks.judges import judge_array, judge_choice, judge_number, judge_words, refuse
+from course_lib.tasks.judges import judge_array, judge_number, refuse
+from course_lib.tasks.kinds import in_words, which_cause
 from course_lib.tasks.labs.lab_06_planes.cluttered_plane import FIND_MISTAKES, cluttered, guess_plane, judge_find
 from course_lib.tasks.labs.lab_06_planes.mistakes import (
     CAUSE_OF,
@@ -214,17 +215,14 @@ TASKS = (
         data=("realsense_planes",),
         where="lesson 06, section 1 (the plane that fits best), for distances and their sign, and section 4",
     ),
-    Task(
-        id="06-4",
-        title="which mistake made this",
-        points=2,
-        version=1,
-        kind="which",
-        signature="def causes()",
-        cases=lambda rng: [Case({}, {"truth": dict(CAUSE_OF)}, "the six planes above")],
-        judge=lambda case, answer: judge_choice(answer, case.truth, CAUSES, "the cause"),
-        misconceptions=WHICH_MISTAKES,
-        where="lesson 06, section 2 (what the eigenvalues say, and what least squares in z says)",
+    which_cause(
+        "06-4",
+        "which mistake made this",
+        CAUSE_OF,
+        "the six planes above",
+        WHICH_MISTAKES,
+        "lesson 06, section 2 (what the eigenvalues say, and what least squares in z says)",
+        causes=CAUSES,
     ),
     Task(
         id="06-5",
@@ -240,22 +238,16 @@ TASKS = (
         guess=guess_plane,
         where="lesson 06, section 3 (many points agree, the others do not matter)",
     ),
-    Task(
-        id="06-6",
-        title="explain the better fit",
-        points=2,
-        version=1,
-        kind="explain",
-        signature="def explain()",
-        cases=lambda rng: [Case({}, {}, "your words")],
-        judge=lambda case, answer: judge_words(answer, 60),
-        rubric=(
+    in_words(
+        "06-6",
+        "explain the better fit",
+        (
             "0: agrees that more inliers are better, or blames the random samples or the seed.",
             "1: says that with the larger threshold points of the posters count as the wall's and tilt or shift it; or "
             "names what exposes it.",
             "2: both: points of something else were let in, so the plane leans or lies between; and the residuals "
             "expose it: their RMS is clearly more than the noise, or their histogram fills the band or has two humps.",
         ),
-        where="lesson 06, Break it (more inliers, worse plane)",
+        "lesson 06, Break it (more inliers, worse plane)",
     ),
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from course_lib.tasks.core import Misconception
-from course_lib.tasks.mistakes import left_in, swapped
+from course_lib.tasks.mistakes import left_in, mended, swapped
 
 
 def _wrong_total(line: str, start: str = "np.eye(4)", after: str = "T") -> str:
@@ -146,7 +146,7 @@ _GIVEN_MISTAKES = {
 
 def _wrong_step(left: tuple[str, ...], reject: str = "distance <= radius", share: str = "") -> str:
     """The given code with some of its three mistakes still in it."""
-    pairs, order, fitness = (w if key in left else r for key, (w, r, _) in _GIVEN_MISTAKES.items())
+    pairs, order, fitness = mended(_GIVEN_MISTAKES, left)
     return (
         "def icp_step(source, target, T, radius):\n"
         "    moved = source @ T[:3, :3].T + T[:3, 3]\n"
@@ -163,7 +163,7 @@ def _wrong_step(left: tuple[str, ...], reject: str = "distance <= radius", share
     )
 
 
-MEND_MISTAKES = left_in({name: said for name, (_, _, said) in _GIVEN_MISTAKES.items()}, _wrong_step) + (
+MEND_MISTAKES = left_in(_GIVEN_MISTAKES, _wrong_step) + (
     Misconception(
         "share of the target",
         "a fitness that divides by the target's points: it is a share of the source's",

@@ -15,15 +15,8 @@ import numpy as np
 
 from course_lib.geometry.transforms import apply, compose, invert, rotation_z
 from course_lib.tasks.core import Case, Task, Verdict
-from course_lib.tasks.judges import (
-    judge_band,
-    judge_choice,
-    judge_number,
-    judge_transform,
-    judge_words,
-    refuse,
-    worst_of,
-)
+from course_lib.tasks.judges import judge_band, judge_number, judge_transform, refuse, worst_of
+from course_lib.tasks.kinds import in_words, which_cause
 from course_lib.tasks.labs.lab_07_icp.mistakes import (
     CAUSE_OF,
     CAUSES,
@@ -225,7 +218,11 @@ _HIDDEN = (
 
 TASKS = (
     Task(
-        id="07-1", title="put the steps together", points=1, version=1, kind="fill",
+        id="07-1",
+        title="put the steps together",
+        points=1,
+        version=1,
+        kind="fill",
         signature="def accumulate(steps)",
         cases=_total_cases,
         judge=_judge_T,
@@ -234,7 +231,11 @@ TASKS = (
         where="lesson 07, section 2 (closest points, again and again)",
     ),
     Task(
-        id="07-2", title="best rigid motion", points=3, version=3, kind="write",
+        id="07-2",
+        title="best rigid motion",
+        points=3,
+        version=3,
+        kind="write",
         signature="def best_rigid(source, target)",
         cases=_fit_cases,
         judge=_judge_T,
@@ -243,7 +244,11 @@ TASKS = (
         where="lesson 07, section 1 (if you knew the pairs)",
     ),
     Task(
-        id="07-3", title="mend a step of ICP", points=3, version=2, kind="mend",
+        id="07-3",
+        title="mend a step of ICP",
+        points=3,
+        version=2,
+        kind="mend",
         signature="def icp_step(source, target, T, radius)",
         cases=_step_cases,
         judge=_judge_step,
@@ -252,16 +257,21 @@ TASKS = (
         data=("stanford_bunny",),
         where="lesson 07, sections 2 (closest points, again and again) and 4 (what the fitness is a share of)",
     ),
-    Task(
-        id="07-4", title="which mistake made this", points=2, version=1, kind="which",
-        signature="def causes()",
-        cases=lambda rng: [Case({}, {"truth": dict(CAUSE_OF)}, "the five registrations above")],
-        judge=lambda case, answer: judge_choice(answer, case.truth, CAUSES, "the cause"),
-        misconceptions=WHICH_MISTAKES,
-        where="lesson 07, section 1 (if you knew the pairs)",
+    which_cause(
+        "07-4",
+        "which mistake made this",
+        CAUSE_OF,
+        "the five registrations above",
+        WHICH_MISTAKES,
+        "lesson 07, section 1 (if you knew the pairs)",
+        causes=CAUSES,
     ),
     Task(
-        id="07-5", title="register two scans", points=4, version=2, kind="open",
+        id="07-5",
+        title="register two scans",
+        points=4,
+        version=2,
+        kind="open",
         signature="def register(source, target, normals)",
         cases=lambda rng: [_open_case(rng)],
         judge=_judge_open,
@@ -271,18 +281,16 @@ TASKS = (
         guess=_guess_open,
         where="lesson 07, section 5 (coarse to fine)",
     ),
-    Task(
-        id="07-6", title="explain a fitness of one", points=2, version=1, kind="explain",
-        signature="def explain()",
-        cases=lambda rng: [Case({}, {}, "your words")],
-        judge=lambda case, answer: judge_words(answer, 60),
-        rubric=(
+    in_words(
+        "07-6",
+        "explain a fitness of one",
+        (
             "0: says that the fitness proves the pose, or only that ICP may fail.",
             "1: says that with a large radius every point finds some partner at almost any pose; or names a check that "
             "does not use the same pairs.",
             "2: both: a large radius makes the fitness 1 at wrong poses too, and the pose must be checked by something "
             "else (marked points, a second start, a smaller radius, overlap seen by eye).",
         ),
-        where="lesson 07, section 4 (numbers that mislead)",
+        "lesson 07, section 4 (numbers that mislead)",
     ),
-)  # fmt: skip
+)
