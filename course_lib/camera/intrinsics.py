@@ -91,22 +91,6 @@ class PinholeCamera:
             source=f"{self.source.rstrip('. ')}; scaled from {self.width}x{self.height}." if self.source else "",
         )
 
-    def cropped(self, left: int, top: int, width: int, height: int) -> PinholeCamera:
-        """Return the camera of a window of the picture whose first pixel is column `left`, row `top`."""
-        width, height = checks.size(width, "width"), checks.size(height, "height")
-        if left < 0 or top < 0 or left + width > self.width or top + height > self.height:
-            raise ValueError(
-                f"the window {width}x{height} at ({left}, {top}) does not lie inside {self.width}x{self.height}."
-            )
-        return replace(
-            self,
-            width=width,
-            height=height,
-            cx=self.cx - left,
-            cy=self.cy - top,
-            source=f"{self.source.rstrip('. ')}; cropped from {self.width}x{self.height}." if self.source else "",
-        )
-
 
 def _fov(fov: float) -> float:
     fov = checks.number(fov, "fov")

@@ -7,9 +7,8 @@ are indexed [row v, column u] and pixel centres lie at integers. How files store
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -28,7 +27,7 @@ from course_lib.geometry import transforms
 
 __all__ = [
     "ENCODINGS", "DepthEncoding", "RGBDFrame", "check_depth", "decode_depth", "encode_depth", "find_encoding",
-    "rescale_for_display", "resize_color", "resize_depth", "resize_frame", "valid_mask",
+    "rescale_for_display", "resize_depth", "valid_mask",
 ]  # fmt: skip
 
 
@@ -118,48 +117,6 @@ def resize_depth(depth: ArrayLike, width: int, height: int) -> NDArray[np.float3
     rows = (2 * np.arange(height) + 1) * depth.shape[0] // (2 * height)
     columns = (2 * np.arange(width) + 1) * depth.shape[1] // (2 * width)
     return depth[np.ix_(rows, columns)].astype(np.float32, copy=False)
-
-
-def resize_color(color: ArrayLike, width: int, height: int) -> NDArray[np.uint8]:
-    """Resize a colour image with the same pixel centres: averaged where it shrinks, interpolated where it grows.
-
-    Parameters
-    ----------
-    color : (H, W, 3) uint8.
-    width, height : of the result, pixels.
-
-    Returns
-    -------
-    (height, width, 3) uint8.
-
-    Raises
-    ------
-    ValueError
-        If color is not (H, W, 3) uint8, or a size is not a positive whole number.
-    """
-    color = np.asarray(color)
-    checks.colors_uint8(color, (*color.shape[:2], 3), "color")
-    width, height = checks.size(width, "width"), checks.size(height, "height")
-    shrinks = width <= color.shape[1] and height <= color.shape[0]
-    return cv2.resize(color, (width, height), interpolation=cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR)
-
-
-def resize_frame(frame: RGBDFrame, width: int, height: int) -> RGBDFrame:
-    """Resize both images of a frame and scale its camera with them.
-
-    Raises
-    ------
-    ValueError
-        If `frame` is no RGBDFrame, or a size is not a positive whole number.
-    """
-    if not isinstance(frame, RGBDFrame):
-        raise ValueError(f"frame: expected an RGBDFrame, got {type(frame).__name__}.")
-    return replace(
-        frame,
-        color=resize_color(frame.color, width, height),
-        depth=resize_depth(frame.depth, width, height),
-        camera=frame.camera.scaled(width, height),
-    )
 
 
 def rescale_for_display(depth: ArrayLike, near: float, far: float) -> NDArray[np.uint8]:

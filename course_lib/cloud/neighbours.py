@@ -26,7 +26,7 @@ from course_lib.checks import finite_points
 from course_lib.cloud.grid import Grid, grid_of, order_in_space, typical_reach
 from course_lib.compiled import in_threads, threads
 
-__all__ = ["Neighbours", "Trace", "spacing"]
+__all__ = ["Neighbours", "Trace"]
 
 SMALL = 2000  # points; fewer are not worth a grid
 EDGE = 1.35  # of a cube, times the distance to the k-th neighbour
@@ -278,22 +278,3 @@ def _spread(
     for row, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
         six[:, row] = np.einsum("nk,nk->n", off[:, :, i], off[:, :, j]) / count - mean[:, i] * mean[:, j]
     return six, count
-
-
-def spacing(points: ArrayLike) -> float:
-    """Return the median distance from a point to the nearest other one, in the unit of the points.
-
-    Raises
-    ------
-    ValueError
-        If there are fewer than two points, or they are not a finite (N, 3) array.
-
-    Examples
-    --------
-    >>> spacing([[0, 0, 0], [0, 0, 1], [0, 0, 2], [0, 0, 9]])
-    1.0
-    """
-    near = Neighbours(points)
-    if len(near) < 2:
-        raise ValueError("points: one point has no nearest other; give two or more.")
-    return float(np.median(near.mean_distances(1)))

@@ -19,8 +19,8 @@ from course_lib.cloud.point_types import POINT_TYPES, pack_rgb, point_type, unpa
 from course_lib.geometry import transforms
 
 __all__ = [
-    "POINT_TYPES", "PointCloud", "PointCloud2", "PointField", "bounds", "drop_nan", "extent", "from_frame",
-    "from_message", "from_organised", "message_to_xyz", "pack_rgb", "point_type", "to_message", "unpack_rgb",
+    "POINT_TYPES", "PointCloud", "PointCloud2", "PointField", "drop_nan", "from_frame", "from_message",
+    "message_to_xyz", "pack_rgb", "point_type", "to_message", "unpack_rgb",
 ]  # fmt: skip
 
 FloatArray = NDArray[np.floating]
@@ -109,49 +109,6 @@ def drop_nan(cloud: PointCloud | ArrayLike) -> PointCloud:
     if not finite.any():
         raise ValueError(f"drop_nan: all {len(cloud)} points are NaN; nothing was measured.")
     return cloud if finite.all() else cloud.select(finite)
-
-
-def bounds(cloud: PointCloud | ArrayLike) -> NDArray[np.float64]:
-    """Return the (2, 3) smallest and largest coordinates of the finite points, metres.
-
-    Examples
-    --------
-    >>> bounds([[0, 1, 2], [3, 0, 2]]).tolist()
-    [[0.0, 0.0, 2.0], [3.0, 1.0, 2.0]]
-    """
-    points = drop_nan(cloud).points
-    return np.stack([points.min(axis=0), points.max(axis=0)]).astype(np.float64)
-
-
-def extent(cloud: PointCloud | ArrayLike) -> NDArray[np.float64]:
-    """Return the (3,) lengths of the box around the finite points along x, y, z, metres."""
-    low, high = bounds(cloud)
-    return high - low
-
-
-def from_organised(points_hw3: ArrayLike, colors: ArrayLike | None = None) -> PointCloud:
-    """Flatten an organised cloud, row by row, without its unmeasured points.
-
-    Parameters
-    ----------
-    points_hw3 : (H, W, 3), metres, NaN where nothing was measured.
-    colors : (H, W, 3) uint8 RGB, or None.
-
-    Returns
-    -------
-    PointCloud of the finite points.
-
-    Raises
-    ------
-    ValueError
-        If shapes differ, or nothing was measured.
-    """
-    points = checks.last_axis(points_hw3, 3, "points_hw3")
-    if points.ndim != 3:
-        raise ValueError(f"points_hw3: expected shape (H, W, 3), got {points.shape}.")
-    if colors is not None:
-        colors = checks.colors_uint8(colors, points.shape).reshape(-1, 3)
-    return drop_nan(PointCloud(points.reshape(-1, 3), colors))
 
 
 def from_frame(frame: rgbd.RGBDFrame, *, world: bool = False) -> PointCloud:

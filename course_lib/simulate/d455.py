@@ -135,18 +135,6 @@ def measure(
     return Measurement((millimetres / 1000.0).astype(np.float32), artefacts)
 
 
-def add_noise(
-    depth: np.ndarray,
-    camera: PinholeCamera,
-    rng: np.random.Generator,
-    baseline: float = BASELINE,
-    *,
-    unmeasurable: np.ndarray | None = None,
-) -> np.ndarray:
-    """The depth image of `measure` alone: (H, W) float32 metres in whole millimetres, 0 = no data."""
-    return measure(depth, camera, rng, baseline, unmeasurable=unmeasurable).depth
-
-
 def _hidden_from_right(disparity: np.ndarray, there: np.ndarray) -> np.ndarray:
     """Points of the left image that something nearer hides from the right one: a strip left of each near thing.
 

@@ -7,7 +7,6 @@ import numpy as np
 
 from course_lib.simulate.textures import INK, PAPER, Colour, noise, speckled, tint, write
 
-SERIF = cv2.FONT_HERSHEY_COMPLEX
 INKS = ((196, 61, 48), (38, 84, 124), (236, 164, 52), (54, 117, 88), (110, 69, 121), (24, 120, 140), (201, 104, 62))
 
 

@@ -106,12 +106,6 @@ def stripes(width: int, height: int, period: float) -> np.ndarray:
     return np.tile(wave.astype(np.float32), (height, 1))
 
 
-def gray_code(width: int, height: int, bit: int) -> np.ndarray:
-    """Upright bars of bit ``bit`` (0 the finest) of the Gray code of the column: (height, width) float32, 0 or 1."""
-    column = np.arange(width)
-    return np.tile((((column ^ (column >> 1)) >> bit) & 1).astype(np.float32), (height, 1))
-
-
 def dots(width: int, height: int, rng: np.random.Generator, share: float = 0.06, size: float = 1.2) -> np.ndarray:
     """Random soft dots, ``size`` pixels wide, on about ``share`` of the picture: (height, width) float32, 0 to 1."""
     spots = (rng.random((height, width)) < share / (4 * size**2)).astype(np.float32)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import open3d as o3d
 from numpy.typing import ArrayLike, NDArray
@@ -11,17 +9,6 @@ from numpy.typing import ArrayLike, NDArray
 from course_lib import checks
 from course_lib.cloud.neighbours import Neighbours
 from course_lib.surface.meshes import Mesh
-
-
-@dataclass(frozen=True)
-class ErrorSummary:
-    """Size of many errors, signs dropped: how many, and their median, RMS, 95th percentile and largest, in metres."""
-
-    count: int
-    median: float
-    rms: float
-    p95: float
-    largest: float
 
 
 def rms(values: ArrayLike) -> float:
@@ -37,64 +24,12 @@ def rms(values: ArrayLike) -> float:
     >>> rms([3, 4, 0, 0])
     2.5
     """
-    return float(np.sqrt(np.mean(np.square(_finite(values, "values")))))
-
-
-def _finite(values: ArrayLike, what: str) -> NDArray[np.float64]:
-    array = checks.numbers(values, what).astype(np.float64)
+    array = checks.numbers(values, "values").astype(np.float64)
     if array.size == 0:
-        raise ValueError(f"{what}: there are none to measure.")
+        raise ValueError("values: there are none to measure.")
     if not np.isfinite(array).all():
-        raise ValueError(f"{what}: {np.count_nonzero(~np.isfinite(array))} are NaN or infinite; drop them first.")
-    return array
-
-
-def summarise(errors: ArrayLike) -> ErrorSummary:
-    """Summarise errors in metres (any shape, signs dropped).
-
-    Raises
-    ------
-    ValueError
-        If there are none, or one is not finite.
-
-    Examples
-    --------
-    >>> summarise([-0.001, 0.001, 0.001]).median
-    0.001
-    """
-    size = np.abs(_finite(errors, "errors"))
-    return ErrorSummary(
-        count=size.size,
-        median=float(np.median(size)),
-        rms=rms(size),
-        p95=float(np.percentile(size, 95)),
-        largest=float(size.max()),
-    )
-
-
-def depth_error(depth: ArrayLike, truth: ArrayLike) -> ErrorSummary:
-    """Compare a depth image with the true one where both have a value.
-
-    Parameters
-    ----------
-    depth, truth : (H, W) float, metres; 0, NaN or infinite where there is none.
-
-    Returns
-    -------
-    ErrorSummary of |depth − truth| along the optical axis; `count` is the number of pixels compared.
-
-    Raises
-    ------
-    ValueError
-        If one is no depth image in metres, the sizes differ, or no pixel has both.
-    """
-    depth, truth = checks.check_depth(depth, "depth"), checks.check_depth(truth, "truth")
-    if depth.shape != truth.shape:
-        raise ValueError(f"depth has shape {depth.shape} but truth {truth.shape}; resize one (rgbd.resize_depth).")
-    both = (depth > 0) & (depth < np.inf) & (truth > 0) & (truth < np.inf)
-    if not both.any():
-        raise ValueError("depth and truth: no pixel was measured in both.")
-    return summarise(depth[both].astype(np.float64) - truth[both])
+        raise ValueError(f"values: {np.count_nonzero(~np.isfinite(array))} are NaN or infinite; drop them first.")
+    return float(np.sqrt(np.mean(np.square(array))))
 
 
 def distance_to_surface(points: ArrayLike, mesh: Mesh) -> NDArray[np.float64]:
@@ -122,7 +57,7 @@ def distance_to_surface(points: ArrayLike, mesh: Mesh) -> NDArray[np.float64]:
     """
     if not isinstance(mesh, Mesh):
         raise ValueError(f"mesh: expected a course_lib.surface.meshes.Mesh, got {type(mesh).__name__}.")
-    points = _finite(checks.cloud_points(points), "points")
+    points = checks.finite_points(points)
     # Single precision is finest near the origin, so both are moved there first.
     origin = mesh.vertices.astype(np.float64).mean(axis=0)
     scene = o3d.t.geometry.RaycastingScene()
@@ -156,5 +91,5 @@ def nearest_distances(a: ArrayLike, b: ArrayLike) -> NDArray[np.float64]:
     >>> nearest_distances([[0, 0, 0], [5, 0, 0]], [[1, 0, 0]]).tolist()
     [1.0, 4.0]
     """
-    a, b = _finite(checks.cloud_points(a, "a"), "a"), _finite(checks.cloud_points(b, "b"), "b")
+    a, b = checks.finite_points(a, "a"), checks.finite_points(b, "b")
     return Neighbours(b).nearest(a)[0][:, 0]

@@ -66,11 +66,6 @@ def test_scaling_back_is_the_same_camera():
     assert "scaled from 640x480" in KINECT.scaled(160, 120).source
 
 
-def test_cropping_moves_the_principal_point_only():
-    window = KINECT.cropped(100, 50, 200, 300)
-    assert (window.fx, window.cx, window.cy, window.width, window.height) == (525, 219.5, 189.5, 200, 300)
-
-
 def test_matrix():
     np.testing.assert_array_equal(KINECT.matrix, [[525, 0, 319.5], [0, 525, 239.5], [0, 0, 1]])
 
@@ -262,7 +257,6 @@ HALF_PIXEL = {"axis": "horizontal", "centre": "corner"}
         (lambda: PinholeCamera(640, 480, np.nan, 525, 0, 0), "fx"),
         (lambda: PinholeCamera(640, 480, 525, 525, 0, 0, (0, 0, 0, 0)), "5 numbers"),
         (lambda: KINECT.scaled(0, 10), "width"),
-        (lambda: KINECT.cropped(600, 0, 100, 100), "inside"),
         (lambda: pinhole.focal_length(60, 640), "degrees"),
         (lambda: pinhole.focal_length(-1, 640), "positive angle"),
         (lambda: pinhole.focal_length(1, 0), "size"),

@@ -38,7 +38,6 @@ CLOUDS = {
     "a huge and a small part": np.vstack([SOLID * 1e-6, SOLID[:5] * 1e6]),
 }
 ALGORITHMS: dict[str, Callable[[Any], Any]] = {
-    "spacing": neighbours.spacing,
     "nearest": lambda points: neighbours.Neighbours(points).nearest(points),
     "voxel_grid": lambda points: downsample.voxel_grid(points, 0.2),
     "voxel_downsample": lambda points: downsample.voxel_downsample(points, 0.2),

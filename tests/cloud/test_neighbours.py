@@ -156,19 +156,6 @@ def test_a_point_at_exactly_the_radius_counts(way):
         assert lattice.crowded(0.1, 3).all()
 
 
-@given(clouds(), st.integers(0, 99))
-def test_spacing_keeps_under_motion_and_permutation_and_scales(points, seed):
-    if len(points) < 2:
-        with pytest.raises(ValueError, match="one point has no nearest other"):
-            neighbours.spacing(points)
-        return
-    here = neighbours.spacing(points)
-    mixed = np.random.default_rng(seed).permutation(points)
-    assert neighbours.spacing(mixed) == pytest.approx(here, rel=1e-9, abs=1e-9)
-    assert neighbours.spacing(points[:, [1, 2, 0]] * [1, -1, 1] + 0.5) == pytest.approx(here, rel=1e-6, abs=1e-9)
-    assert neighbours.spacing(points * 4) == pytest.approx(4 * here, rel=1e-9)
-
-
 @pytest.mark.parametrize(
     ("points", "sentence"),
     [

@@ -14,7 +14,7 @@ def wall(z: float) -> np.ndarray:
 
 
 def relative_rms(z: float, seed: int = 0) -> float:
-    measured = d455.add_noise(wall(z), CAMERA, np.random.default_rng(seed))
+    measured = d455.measure(wall(z), CAMERA, np.random.default_rng(seed)).depth
     error = measured[measured > 0] - z
     return float(np.sqrt(np.mean(error.astype(float) ** 2)) / z)
 
@@ -29,7 +29,7 @@ def test_noise_grows_with_the_square_of_depth():
 
 
 def test_noise_of_neighbours_is_alike_and_of_far_pixels_is_not():
-    disparity = CAMERA.fx * d455.BASELINE / d455.add_noise(wall(2.0), CAMERA, np.random.default_rng(1))[:, 100:]
+    disparity = CAMERA.fx * d455.BASELINE / d455.measure(wall(2.0), CAMERA, np.random.default_rng(1)).depth[:, 100:]
     noise = disparity - disparity.mean()
     near = np.mean(noise[:, 1:] * noise[:, :-1]) / noise.var()
     far = np.mean(noise[:, 5:] * noise[:, :-5]) / noise.var()
@@ -49,13 +49,13 @@ def test_the_nearest_depth_is_that_of_126_pixels():
     wide = preset("d455_depth_1280x720")
     assert d455.min_depth(wide) == pytest.approx(0.51, abs=0.01)
     near = np.full((720, 1280), 0.47, np.float32)
-    assert not d455.add_noise(near, wide, np.random.default_rng(0)).any()
-    assert d455.add_noise(near + 0.1, wide, np.random.default_rng(0)).any()
+    assert not d455.measure(near, wide, np.random.default_rng(0)).depth.any()
+    assert d455.measure(near + 0.1, wide, np.random.default_rng(0)).depth.any()
 
 
 def test_nothing_outside_the_range_and_nothing_from_nothing():
-    assert not d455.add_noise(wall(0.38), CAMERA, np.random.default_rng(0)).any()
-    assert not d455.add_noise(wall(7.0), CAMERA, np.random.default_rng(0)).any()
+    assert not d455.measure(wall(0.38), CAMERA, np.random.default_rng(0)).depth.any()
+    assert not d455.measure(wall(7.0), CAMERA, np.random.default_rng(0)).depth.any()
     measured = d455.measure(wall(0.0), CAMERA, np.random.default_rng(0))
     assert not measured.depth.any() and (measured.artefacts == d455.NOTHING).all()
 
@@ -104,9 +104,9 @@ def test_what_cannot_be_matched_is_a_hole():
 
 
 def test_the_same_generator_gives_the_same_image():
-    first, second = (d455.add_noise(wall(2.0), CAMERA, np.random.default_rng(5)) for _ in range(2))
+    first, second = (d455.measure(wall(2.0), CAMERA, np.random.default_rng(5)).depth for _ in range(2))
     assert np.array_equal(first, second)
-    assert not np.array_equal(first, d455.add_noise(wall(2.0), CAMERA, np.random.default_rng(6)))
+    assert not np.array_equal(first, d455.measure(wall(2.0), CAMERA, np.random.default_rng(6)).depth)
 
 
 @pytest.mark.parametrize(

@@ -74,12 +74,6 @@ def test_a_near_thing_throws_a_shadow(sphere_and_wall):
     assert not dark[ball] and dark[ball - 80 : ball].any()  # the lamp is on the right: the shadow falls to the left
 
 
-def test_gray_code_bits_name_every_column_once_and_neighbours_differ_in_one_bit():
-    bits = np.array([sensors.gray_code(64, 2, bit)[0] for bit in range(6)])
-    assert len({tuple(column) for column in bits.T}) == 64
-    assert (np.abs(np.diff(bits, axis=1)).sum(axis=0) == 1).all()
-
-
 def test_structured_light_refuses_a_pattern_of_another_size():
     with pytest.raises(ValueError, match="pattern"):
         sensors.structured_light(Scene([upright_wall(2.0)]), CAMERA, FORWARD, CAMERA, FORWARD, np.ones((3, 3)))
