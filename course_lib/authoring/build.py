@@ -19,15 +19,6 @@ from .kernels import CellFailed, execute
 from .outputs import keep_unchanged
 from .tree import CourseError, Source, Tree
 
-__all__ = [
-    "build",
-    "build_all",
-    "check_agreement",
-    "check_all",
-    "exercise_from",
-    "orphans",
-]
-
 KEPT_PLANS = 3  # tasks 1–3 keep the solution's comments as a plan
 
 

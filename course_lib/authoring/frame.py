@@ -10,8 +10,6 @@ from nbformat import NotebookNode
 
 from . import notebooks as nbs
 
-__all__ = ["Part", "lab_frame", "lab_minutes", "lesson_frame", "lesson_minutes", "parts_of"]
-
 WORDS_A_MINUTE = 150
 LESSON_MINUTES, LAB_MINUTES = 45, 60
 MOST_CODE_CELLS, MOST_SECTIONS, MOST_TERMS, MOST_KEY_POINTS = 25, 5, 3, 5

@@ -18,8 +18,6 @@ from .outputs import decode_png
 from .pictures import what_is_empty
 from .tree import CourseError, Tree
 
-__all__ = ["Checked", "GATES", "findings", "kind_of", "tree_findings"]
-
 MOST_BYTES = 1_200_000
 Kind = Literal["lesson", "solution", "exercise"]
 

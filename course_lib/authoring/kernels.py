@@ -21,8 +21,6 @@ from nbformat import NotebookNode
 from .notebooks import cell_tags
 from .tree import CourseError
 
-__all__ = ["CELL_SECONDS", "CellFailed", "execute", "kernel_environment"]
-
 CELL_SECONDS = 60
 START_SECONDS = 120
 

@@ -7,8 +7,6 @@ from collections.abc import Callable, Iterable
 from functools import lru_cache
 from pathlib import Path
 
-__all__ = ["closure", "imported", "imported_names"]
-
 LIBRARY = "course_lib"
 
 

@@ -16,20 +16,6 @@ from nbformat import NotebookNode
 
 from .tree import CourseError
 
-__all__ = [
-    "as_bytes",
-    "cell_ids",
-    "cell_tags",
-    "line_of_cell",
-    "named_datasets",
-    "real_datasets",
-    "read_notebook",
-    "read_source",
-    "task_heading",
-    "TaskHeading",
-    "write_notebook",
-]
-
 KERNELSPEC = {"display_name": "Python 3 (ipykernel)", "language": "python", "name": "python3"}
 LANGUAGE = {
     "codemirror_mode": {"name": "ipython", "version": 3},

@@ -11,8 +11,6 @@ from nbformat import NotebookNode
 from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
-__all__ = ["decode_png", "keep_unchanged", "same_outputs", "same_picture"]
-
 MEAN_DIFFERENCE = 1.0  # of 255: the noise of another renderer, not another picture
 STRONG_DIFFERENCE = 64  # of 255: a pixel that anybody would call changed
 STRONG_SHARE = 0.002

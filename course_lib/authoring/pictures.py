@@ -7,8 +7,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Box", "empty_axes", "is_blank", "is_empty_box", "what_is_empty"]
-
 BLANK_SHARE = 0.997  # of all pixels in one colour
 BLANK_MIDDLE = 0.999  # of the middle, where a title or a colour bar does not reach
 MIDDLE = 0.15  # the margin on each side that is not the middle

@@ -16,8 +16,6 @@ from jupyter_core.paths import jupyter_runtime_dir
 
 from course_lib.tasks.registry import lab_numbers
 
-__all__ = ["PrivateKernel", "part_of"]
-
 WIDTH = 44
 
 

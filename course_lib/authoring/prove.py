@@ -23,16 +23,6 @@ from .kernels import CELL_SECONDS, START_SECONDS, kernel_environment
 from .needed_data import make_side_by_side, missing_data
 from .tree import CourseError, Source, Tree
 
-__all__ = [
-    "Skipped",
-    "copy_notebooks",
-    "prove",
-    "proved",
-    "pytest_words",
-    "skipped_line",
-    "stub_findings",
-]
-
 WORKERS = 2
 QUICK_LABS = 2
 COPIES = "course"  # pytest names a copy by its path below this folder: notebooks/01_name.ipynb

@@ -14,8 +14,6 @@ from course_lib.authoring import stubs
 from course_lib.authoring.tree import CourseError
 from course_lib.tasks.private import private_folder
 
-__all__ = ["LabTask", "given_wrong", "lab_tasks", "preamble", "reference", "stub", "task_of_lab"]
-
 ROOT = Path(__file__).resolve().parents[2]
 
 

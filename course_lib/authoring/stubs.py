@@ -20,8 +20,6 @@ from dataclasses import dataclass
 
 from course_lib.authoring.tree import CourseError
 
-__all__ = ["MEND", "exercise_source", "given_source", "reference_source"]
-
 BEGIN, INSTEAD, END, GIVEN = "# BEGIN SOLUTION", "# INSTEAD", "# END SOLUTION", "#|"
 MEND = "# delete this line, then mend what follows"
 

@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-__all__ = ["CourseError", "Source", "Tree", "course_tree", "nearest"]
-
 
 class CourseError(ValueError):
     """Something a person can mend; the message is one sentence and is printed without a traceback."""

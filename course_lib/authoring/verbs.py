@@ -8,8 +8,6 @@ import click
 
 from .tree import course_tree
 
-__all__ = ["build", "test"]
-
 
 @click.command("build")
 @click.argument("names", nargs=-1, metavar="[NAME…]")

@@ -34,8 +34,6 @@ from course_lib.grading.release.released import released_lab
 from course_lib.grading.run.limits import read_limits
 from course_lib.grading.run.pool import grade_jobs
 
-__all__ = ["bench_grading"]
-
 LAB, SEED = "03", 20261124
 NBGRADER = "nbgrader==0.9.6"
 ONE_WORKER, TWO_WORKERS, OVERHEAD_SECONDS = 1.3, 0.7, 2.0

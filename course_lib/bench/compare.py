@@ -11,8 +11,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-__all__ = ["Case", "Ratio", "compare"]
-
 ROUNDS = 25
 LONGEST_S = 20.0  # of one case; at least FEWEST rounds all the same
 FEWEST = 7

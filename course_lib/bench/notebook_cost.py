@@ -14,8 +14,6 @@ from course_lib.authoring.kernels import execute
 from course_lib.authoring.needed_data import prepare_data
 from course_lib.authoring.tree import CourseError, Tree
 
-__all__ = ["MOST_BYTES", "MOST_SECONDS", "weigh", "weigh_lessons"]
-
 MOST_SECONDS, MOST_BYTES = 30.0, 2_000_000_000
 
 

@@ -24,8 +24,6 @@ from .compare import Case, Ratio, compare
 from .scaling import Growth, Scaling, grow
 from .table import machine, table
 
-__all__ = ["bench_cases", "case_modules", "scalings_of"]
-
 
 def case_modules() -> list[str]:
     """Every module that holds cases."""

@@ -8,8 +8,6 @@ import click
 
 from course_lib.authoring.tree import course_tree
 
-__all__ = ["bench"]
-
 
 @click.command("bench")
 @click.option("--notebooks", is_flag=True, help="Seconds and memory of each lesson in a fresh kernel, instead.")

@@ -13,8 +13,6 @@ from course_lib.authoring.tree import CourseError
 from course_lib.notebook import _cache, _catalog, _places, _real
 from course_lib.notebook._errors import DataDamaged, Refusal
 
-__all__ = ["State", "data_group", "states"]
-
 
 @dataclass(frozen=True)
 class State:

@@ -24,8 +24,6 @@ from .bootstrap.system_libraries import library_command, linux_family, missing_l
 from .installed import differences, locked_versions
 from .start import PORT
 
-__all__ = ["command", "verdicts"]
-
 IMPORT_SECONDS = 120
 _OPEN3D = "import course_lib, open3d as o, numpy as n; c = o.geometry.PointCloud(o.utility.Vector3dVector(n.eye(3))); "
 _OPEN3D += "print(o.__version__, len(c.points))"

@@ -12,8 +12,6 @@ from typing import Any
 from packaging.markers import Marker, default_environment
 from packaging.utils import canonicalize_name
 
-__all__ = ["differences", "locked_versions"]
-
 
 def locked_versions(lock: str, environment: Mapping[str, str] | None = None) -> dict[str, str]:
     """The packages of uv.lock that belong on one machine, as {name: version}.

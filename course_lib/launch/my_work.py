@@ -17,8 +17,6 @@ from typing import Any, Literal
 from course_lib.authoring.tree import CourseError, Tree, nearest
 from course_lib.notebook._atomic import atomic_file
 
-__all__ = ["Material", "find", "fresh_copy", "materials", "private_folder", "sign", "update", "work_folder"]
-
 Kind = Literal["lesson", "lab"]
 FOLDERS: dict[Kind, str] = {"lesson": "lessons", "lab": "labs"}
 _LINK = re.compile(r"(\]\(\s*<?|\b(?:href|src)\s*=\s*[\"'])\.\./([^)\s\"'>]*)")

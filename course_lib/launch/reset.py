@@ -8,8 +8,6 @@ from course_lib.authoring.tree import course_tree
 
 from . import my_work
 
-__all__ = ["command"]
-
 
 @click.command("reset")
 @click.argument("lab")

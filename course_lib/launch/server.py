@@ -19,8 +19,6 @@ from course_lib.authoring.tree import CourseError, Tree
 
 from .my_work import private_folder
 
-__all__ = ["Server", "begin", "running", "settings", "wait_until_it_answers"]
-
 START_SECONDS = 90
 _DIRECT = urllib.request.build_opener(urllib.request.ProxyHandler({}))  # loopback never goes through a proxy
 

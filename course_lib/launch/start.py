@@ -20,8 +20,6 @@ from course_lib.authoring.tree import CourseError, Tree, course_tree
 
 from . import my_work, server
 
-__all__ = ["command"]
-
 PORT = 8888
 
 
