@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 
 import course_lib
-from course_lib.authoring.module_graph import imported, imported_names
+from course_lib.grading.module_graph import imported, imported_names
 from course_lib.tasks.core import LIBRARY
 
 ROOT = Path(course_lib.__file__).parent

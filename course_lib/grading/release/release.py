@@ -20,8 +20,8 @@ import nbformat
 
 from course_lib import tasks
 from course_lib.authoring import notebooks as nbs
-from course_lib.authoring.module_graph import closure
 from course_lib.authoring.tree import CourseError, Tree
+from course_lib.grading.module_graph import closure
 from course_lib.tasks.core import LIBRARY
 from course_lib.tasks.private import LISTED, private_tasks
 

@@ -22,7 +22,7 @@ from pathlib import Path
 from packaging.requirements import Requirement
 
 from course_lib import compiled
-from course_lib.authoring.module_graph import closure, imported_names
+from course_lib.grading.module_graph import closure, imported_names
 from course_lib.tasks.core import HARMLESS, Task
 
 from .limits import Limits
