@@ -43,14 +43,14 @@ MOVED = {
 """Where a module is now that lessons and labs of earlier versions import by another name."""
 
 
-def _moved(name):
+def _moved(name: str) -> ImportError:
     return ImportError(
         f"course_lib.{name} is now course_lib.{MOVED[name]}: this copy is of an earlier version of the course. "
         "`python3 course.py reset LAB` puts a fresh copy beside it."
     )
 
 
-def __getattr__(name):
+def __getattr__(name: str) -> object:
     if name in MOVED:
         raise _moved(name)
     raise AttributeError(f"module 'course_lib' has no attribute {name!r}")
@@ -59,7 +59,7 @@ def __getattr__(name):
 class _Moved(importlib.abc.MetaPathFinder):
     """Answers where nothing else does: the import of a module that has moved says where it is now."""
 
-    def find_spec(self, fullname, path, target=None):
+    def find_spec(self, fullname: str, path: object, target: object = None) -> None:
         package, _, name = fullname.partition(".")
         if package == "course_lib" and name in MOVED:
             raise _moved(name)

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+FloatArray = NDArray[np.floating]
 
 # A depth image is inspected on at most about this many pixels when asked whether it looks like millimetres: the check
 # then costs microseconds, and a wrong unit shows on every pixel.
@@ -30,7 +33,7 @@ def nearest_name(name: str, names: Iterable[str]) -> str:
     return f"did you mean {known[close[0]]!r}?" if close else f"known are: {', '.join(known.values())}."
 
 
-def numbers(values: ArrayLike, what: str) -> NDArray:
+def numbers(values: ArrayLike, what: str) -> NDArray[Any]:
     """Return `values` as an array of real numbers; refuse text, objects, complex numbers and ragged lists."""
     try:
         array = np.asarray(values)
@@ -82,7 +85,7 @@ def whole(value: int, what: str, least: int = 1, most: int | None = None, of: st
     return int(value)
 
 
-def last_axis(values: ArrayLike, size: int, what: str) -> NDArray:
+def last_axis(values: ArrayLike, size: int, what: str) -> FloatArray:
     """Return `values` as floats of shape (..., size): float32 stays float32, everything else becomes float64."""
     array = numbers(values, what)
     if array.ndim == 0 or array.shape[-1] != size:
@@ -90,7 +93,7 @@ def last_axis(values: ArrayLike, size: int, what: str) -> NDArray:
     return array if array.dtype in (np.float32, np.float64) else array.astype(np.float64)
 
 
-def check_depth(depth: ArrayLike, what: str = "depth") -> NDArray:
+def check_depth(depth: ArrayLike, what: str = "depth") -> FloatArray:
     """Return `depth` if it can be a depth image in metres: (H, W) floating point, nowhere negative, not millimetres.
 
     Parameters
@@ -136,7 +139,7 @@ def check_depth(depth: ArrayLike, what: str = "depth") -> NDArray:
     return array
 
 
-def cloud_points(points: ArrayLike, what: str = "points") -> NDArray:
+def cloud_points(points: ArrayLike, what: str = "points") -> FloatArray:
     """Return `points` as (N, 3) floats with N ≥ 1: float32 stays float32, everything else becomes float64."""
     array = last_axis(points, 3, what)
     if array.ndim != 2:

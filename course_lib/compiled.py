@@ -175,7 +175,8 @@ def compiled(signature: str) -> Callable[[Loop], Loop]:
         dispatcher.compile(signature)
         dispatcher.disable_compile()
         states[name] = "cached" if dispatcher.stats.cache_hits else "compiled"
-        return dispatcher
+        loop: Loop = dispatcher
+        return loop
 
     return mark
 

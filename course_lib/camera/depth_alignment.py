@@ -15,6 +15,7 @@ from course_lib import checks
 from course_lib.camera.distortion import undistort
 from course_lib.camera.intrinsics import PinholeCamera
 from course_lib.camera.pinhole import project
+from course_lib.checks import FloatArray
 from course_lib.geometry import transforms
 
 __all__ = ["align_depth"]
@@ -89,7 +90,9 @@ def align_depth(
     return aligned
 
 
-def _nearest(low: NDArray, high: NDArray, z: NDArray, shape: tuple[int, int]) -> NDArray[np.float32]:
+def _nearest(
+    low: NDArray[np.float64], high: NDArray[np.float64], z: FloatArray, shape: tuple[int, int]
+) -> NDArray[np.float32]:
     """The smallest z (N,) of the rectangles, corners (N, 2) in pixels, that hold a pixel's centre; else infinite."""
     # Along each axis: the first pixel, and how many more. One axis at a time: a third of the time.
     first, last = (
@@ -108,7 +111,9 @@ def _nearest(low: NDArray, high: NDArray, z: NDArray, shape: tuple[int, int]) ->
     return found
 
 
-def _lift(u: NDArray, v: NDArray, z: NDArray[np.float64], camera: PinholeCamera) -> NDArray[np.float64]:
+def _lift(
+    u: NDArray[np.intp | np.floating], v: NDArray[np.intp | np.floating], z: NDArray[np.float64], camera: PinholeCamera
+) -> NDArray[np.float64]:
     """Points (N, 3) at pixels that need not be whole."""
     xy = np.stack([(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy], axis=1)
     if camera.distorted:

@@ -122,9 +122,9 @@ def decode_depth(raw: ArrayLike, encoding: str | DepthEncoding) -> NDArray[np.fl
     form = find_encoding(encoding)
     raw = _check_raw(raw)
     missing = np.isin(raw, form.no_data)
-    units = raw
+    units: NDArray[np.uint16 | np.float64] = raw
     if form.form == "rotated":
-        units = (raw >> 3) | (raw << 13)
+        units = (raw >> np.uint16(3)) | (raw << np.uint16(13))
     elif form.form == "disparity":
         units = _nyu_units(raw.byteswap(), form.units_per_metre)
     depth = (units / form.units_per_metre).astype(np.float32)
@@ -174,5 +174,5 @@ def encode_depth(depth: ArrayLike, encoding: str | DepthEncoding) -> NDArray[np.
         )
     units = units.astype(np.uint16)
     if form.form == "rotated":
-        return (units << 3) | (units >> 13)
+        return (units << np.uint16(3)) | (units >> np.uint16(13))
     return units.byteswap() if form.form == "disparity" else units

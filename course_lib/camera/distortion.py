@@ -75,8 +75,8 @@ def undistort(xy: ArrayLike, distortion: ArrayLike) -> NDArray[np.float64]:
     """
     target = checks.last_axis(xy, 2, "xy").astype(np.float64)
     flat = target.reshape(-1, 2)
-    finite = np.isfinite(flat).all(axis=1)
-    result = np.where(finite[:, None], flat, np.nan)
+    finite = np.isfinite(flat).all(axis=1, keepdims=True)
+    result = np.where(finite, flat, np.nan)
     todo = np.flatnonzero(finite)
     for _ in range(UNDISTORT_STEPS):
         guess, wanted = result[todo], flat[todo]
@@ -101,7 +101,9 @@ def undistort(xy: ArrayLike, distortion: ArrayLike) -> NDArray[np.float64]:
     )
 
 
-def _slopes(xy: NDArray[np.float64], distortion: ArrayLike) -> tuple[tuple[NDArray, NDArray], tuple[NDArray, NDArray]]:
+def _slopes(
+    xy: NDArray[np.float64], distortion: ArrayLike
+) -> tuple[tuple[NDArray[np.float64], NDArray[np.float64]], tuple[NDArray[np.float64], NDArray[np.float64]]]:
     """The derivative of `distort` at (N, 2) points: ((dx/dx, dx/dy), (dy/dx, dy/dy)), which is symmetric."""
     k1, k2, p1, p2, k3 = checks.vector(distortion, 5, "distortion (k1, k2, p1, p2, k3)")
     x, y = xy[:, 0], xy[:, 1]

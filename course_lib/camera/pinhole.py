@@ -23,13 +23,12 @@ from course_lib import checks
 from course_lib.camera.distortion import distort, undistort
 from course_lib.camera.intrinsics import PinholeCamera, camera_from_fov, check_camera, field_of_view, focal_length
 from course_lib.camera.presets import PRESETS, preset
+from course_lib.checks import FloatArray
 
 __all__ = [
     "PRESETS", "PinholeCamera", "camera_from_fov", "check_camera", "deproject", "deproject_compact", "distort",
     "field_of_view", "focal_length", "pixel_rays", "preset", "project", "undistort",
 ]  # fmt: skip
-
-FloatArray = NDArray[np.floating]
 
 # Deprojection works through slabs of this many rows, whose intermediate results stay in the processor's cache.
 SLAB_ROWS = 32
@@ -182,7 +181,9 @@ def deproject_compact(depth: FloatArray, camera: PinholeCamera) -> NDArray[np.fl
     return points
 
 
-def _slabs(depth: FloatArray, camera: PinholeCamera, dtype: np.dtype) -> Iterator[tuple]:
+def _slabs(
+    depth: FloatArray, camera: PinholeCamera, dtype: np.dtype
+) -> Iterator[tuple[slice, FloatArray, FloatArray, FloatArray, list[FloatArray]]]:
     """Walk down the image: (rows, x/z, y/z, a copy of depth, two spare arrays) of `SLAB_ROWS` rows at a time."""
     if camera.distorted:
         rays = pixel_rays(camera).astype(dtype, copy=False)

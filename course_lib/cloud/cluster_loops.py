@@ -11,14 +11,14 @@ import math
 
 import numpy as np
 
-from course_lib.cloud.grid_loops import GRID, first_from, row_at
+from course_lib.cloud.gather_loops import GRID, Floats, Ints, Table, Whole, first_from, row_at
 from course_lib.compiled import ROWS, TABLE, compiled, inlined
 
 __all__ = ["join_cells"]
 
 
 @inlined
-def root_of(parent, one):
+def root_of(parent: Ints, one: Whole) -> Whole:
     """The first of a set, the way to it halved."""
     while parent[one] != one:
         parent[one] = parent[parent[one]]
@@ -27,7 +27,7 @@ def root_of(parent, one):
 
 
 @compiled(f"boolean({ROWS}, {TABLE}, int64, int64, float64)")
-def touch(points, cells, one, other, radius):
+def touch(points: Floats, cells: Table, one: Whole, other: Whole, radius: float) -> bool:
     """Whether two cubes hold points within the radius of each other."""
     for i in range(cells[one, 2], cells[one + 1, 2]):
         for j in range(cells[other, 2], cells[other + 1, 2]):
@@ -38,7 +38,10 @@ def touch(points, cells, one, other, radius):
 
 
 @compiled(f"void({GRID}, float64, int64[::1])")
-def join_cells(points, cells, rows, table, wide, low, size, radius, parent):
+def join_cells(
+    points: Floats, cells: Table, rows: Table, table: Table, wide: Ints, low: Floats, size: float,
+    radius: float, parent: Ints,
+) -> None:  # fmt: skip
     """Join cubes that hold points within the radius of each other; any two points of one cube are, by its size."""
     for cell in range(len(cells) - 1):
         row_x, row_y = np.int64(rows[cells[cell, 0], 0]), np.int64(rows[cells[cell, 0], 1])

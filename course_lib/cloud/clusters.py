@@ -60,7 +60,8 @@ def _in_pairs(points: NDArray[np.float64], radius: float) -> NDArray[np.intp]:
     apart = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1)
     ends = pairs[apart <= radius]
     graph = coo_array((np.ones(len(ends), dtype=np.int8), (ends[:, 0], ends[:, 1])), shape=(len(points), len(points)))
-    return connected_components(graph.tocsr(), directed=False)[1].astype(np.intp)
+    label: NDArray[np.int32] = connected_components(graph.tocsr(), directed=False)[1]
+    return label.astype(np.intp)
 
 
 def _in_cubes(points: NDArray[np.float64], radius: float) -> NDArray[np.intp]:

@@ -40,8 +40,8 @@ class VoxelGrid(NamedTuple):
     """
 
     voxel: NDArray[np.intp]
-    index: NDArray[np.int64]
-    count: NDArray[np.intp]
+    index: NDArray[np.int64]  # type: ignore[assignment]  # hides the method of tuples
+    count: NDArray[np.intp]  # type: ignore[assignment]  # as index does
     origin: NDArray[np.float64]
     size: float
 
@@ -113,7 +113,8 @@ def voxel_downsample(
         grid = voxel_grid(array, size, start)
         off = np.linalg.norm(array - grid.centres[grid.voxel], axis=1)
         order = np.lexsort((off, grid.voxel))
-        return array[order[np.concatenate([[0], np.cumsum(grid.count)[:-1]])]]
+        kept: NDArray[np.float64] = array[order[np.concatenate([[0], np.cumsum(grid.count)[:-1]])]]
+        return kept
     edge = _edge(size)
     if len(array) >= MANY and (means := _centroids_in_threads(array, edge, start)) is not None:
         return means
@@ -130,7 +131,12 @@ def _centroids_in_threads(
     parts = np.linspace(0, len(points), PARTS * threads() + 1).astype(np.int64)
     count = len(parts) - 1
     ends = np.empty((2, count, 3))
-    in_threads(lambda a, b: [reaches(points, parts[i], parts[i + 1], *ends[:, i]) for i in range(a, b)], count)
+
+    def reach(a: int, b: int) -> None:
+        for i in range(a, b):
+            reaches(points, parts[i], parts[i + 1], *ends[:, i])
+
+    in_threads(reach, count)
     low, high = ends[0].min(axis=0), ends[1].max(axis=0)
     first, last = np.floor((low - origin) / size), np.floor((high - origin) / size)
     bits = (len(points) - 1).bit_length()

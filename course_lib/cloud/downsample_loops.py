@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 from course_lib.compiled import FLOATS, INTS, ROWS, compiled
 
 __all__ = ["cube_numbers", "means_of_cubes", "reaches"]
 
 
 @compiled(f"void({ROWS}, int64, int64, float64[::1], float64[::1])")
-def reaches(points, start, stop, low, high):
+def reaches(
+    points: NDArray[np.float64], start: int, stop: int, low: NDArray[np.float64], high: NDArray[np.float64]
+) -> None:
     """The smallest and the largest coordinate along each axis."""
     x0 = y0 = z0 = math.inf
     x1 = y1 = z1 = -math.inf
@@ -23,7 +28,17 @@ def reaches(points, start, stop, low, high):
 
 
 @compiled(f"void({ROWS}, {FLOATS}, float64, {INTS}, {INTS}, int64, int64, int64, int64[::1])")
-def cube_numbers(points, origin, size, first, wide, bits, start, stop, key):
+def cube_numbers(
+    points: NDArray[np.float64],
+    origin: NDArray[np.float64],
+    size: float,
+    first: NDArray[np.int64],
+    wide: NDArray[np.int64],
+    bits: int,
+    start: int,
+    stop: int,
+    key: NDArray[np.int64],
+) -> None:
     """Write for each point the number of its cube, x first, and behind it in `bits` bits its own."""
     for i in range(start, stop):
         x = int(math.floor((points[i, 0] - origin[0]) / size)) - first[0]
@@ -33,7 +48,16 @@ def cube_numbers(points, origin, size, first, wide, bits, start, stop, key):
 
 
 @compiled(f"int64({INTS}, {ROWS}, {FLOATS}, int64, int64, int64, int64, float64[:, ::1])")
-def means_of_cubes(key, points, low, bits, start, stop, row, means):
+def means_of_cubes(
+    key: NDArray[np.int64],
+    points: NDArray[np.float64],
+    low: NDArray[np.float64],
+    bits: int,
+    start: int,
+    stop: int,
+    row: int,
+    means: NDArray[np.float64],
+) -> int:
     """Write the means of the cubes that begin in a part of the sorted numbers, from a row on, and return how many.
 
     Where `row` is negative, they are only counted. Coordinates are taken from the lowest one, so that far-away clouds

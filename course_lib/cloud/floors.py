@@ -87,7 +87,7 @@ def heights_above(points: ArrayLike, floor: Plane, up: ArrayLike = (0.0, 0.0, 1.
     side = float(floor.normal @ _direction(up))
     if abs(side) < 1e-6:
         raise ValueError("floor: it stands upright for this `up`, so nothing is above or below it.")
-    return floor.distances(points) * np.sign(side)
+    return floor.distances(points) * float(np.sign(side))
 
 
 def remove_floor(

@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from course_lib.cloud.gather_loops import EXACT, GRID, first_from, gather, row_at
+from course_lib.cloud.gather_loops import EXACT, GRID, Flags, Floats, Ints, Table, Whole, first_from, gather, row_at
 from course_lib.compiled import FLAGS, ROWS, compiled, inlined
 
 __all__ = ["TOGETHER", "follow"]
@@ -29,7 +29,7 @@ KNOWN = "int64[::1], float64[:, ::1], float64[::1], float64[::1]"  # place, seen
 
 
 @inlined
-def somewhere_near(cells, rows, table, wide, fx, fy, fz):
+def somewhere_near(cells: Table, rows: Table, table: Table, wide: Ints, fx: float, fy: float, fz: float) -> Whole:
     """A point above or below; -1 where there is none. Its distance is no more than a bound for the nearest's."""
     if not (0 <= fx < wide[0] and 0 <= fy < wide[1]):
         return -1
@@ -42,14 +42,14 @@ def somewhere_near(cells, rows, table, wide, fx, fy, fz):
 
 
 @inlined
-def sorted_in(far, best, second):
+def sorted_in(far: float, best: float, second: float) -> tuple[float, float]:
     """The two smallest of three numbers, of which two are in order."""
     more = max(far, best)
     return min(far, best), min(more, second)
 
 
 @inlined
-def two_smallest(numbers, count, most):
+def two_smallest(numbers: Floats, count: int, most: float) -> tuple[float, float]:
     """The smallest and the second of the first numbers, but no more than `most`; of every fourth first."""
     for i in range(count, count + 3):
         numbers[i] = most
@@ -68,10 +68,10 @@ def two_smallest(numbers, count, most):
     f"boolean({GRID}, {ROWS}, float64, int64[::1], float64[::1], int64, int64, float64[:, ::1], int64[::1], {KNOWN})"
 )
 def answer(
-    points, cells, rows, table, wide, low, size,
-    queries, radius, asked, balls, first, last, floats, places,
-    place, seen, others, distance,
-):  # fmt: skip
+    points: Floats, cells: Table, rows: Table, table: Table, wide: Ints, low: Floats, size: float,
+    queries: Floats, radius: float, asked: Ints, balls: Floats, first: int, last: int, floats: Floats, places: Ints,
+    place: Ints, seen: Floats, others: Floats, distance: Floats,
+) -> bool:  # fmt: skip
     """Answer some of the asked queries together; False where too many points would have to be looked through."""
     inverse = 1.0 / size
     x0 = y0 = z0 = math.inf
@@ -107,10 +107,10 @@ def answer(
 
 @compiled(f"void({GRID}, {ROWS}, int64, int64, float64, {FEW}, {KNOWN}, {FLAGS})")
 def follow(
-    points, cells, rows, table, wide, low, size,
-    queries, start, stop, radius, asked, balls, floats, places,
-    place, seen, others, distance, open_,
-):  # fmt: skip
+    points: Floats, cells: Table, rows: Table, table: Table, wide: Ints, low: Floats, size: float,
+    queries: Floats, start: int, stop: int, radius: float, asked: Ints, balls: Floats, floats: Floats, places: Ints,
+    place: Ints, seen: Floats, others: Floats, distance: Floats, open_: Flags,
+) -> None:  # fmt: skip
     """The nearest point of queries that move: asked again only where it may be another by now.
 
     When a query was asked at `seen`, all points but its nearest were at least `others` away. Since then it has moved

@@ -3,17 +3,27 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from course_lib.compiled import FLOATS, INTS, LIST, ROWS, TABLE, compiled, inlined
 
-__all__ = ["EXACT", "GRID", "fill_table", "first_from", "gather", "row_at"]
+__all__ = [
+    *("EXACT", "GRID", "Flags", "Floats", "Ints", "Table", "Whole"),
+    *("fill_table", "first_from", "gather", "row_at"),
+]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Table = NDArray[np.int32]
+Flags = NDArray[np.bool_]
+Whole = int | np.int64  # plain Python counts in the one, and reads the other out of arrays
 
 EXACT = 1 - 1e-9  # walls are this much nearer than computed, for rounding
 GRID = f"{ROWS}, {TABLE}, {TABLE}, {LIST}, {INTS}, {FLOATS}, float64"  # points, cells, rows, table, wide, low, size
 
 
 @inlined
-def slot_of(x, y, mask):
+def slot_of(x: Whole, y: Whole, mask: int) -> Whole:
     """Where a row's number stands first in a hashed table."""
     mixed = (x & 0x1FFFFF) * 73856093 ^ (y & 0x1FFFFF) * 19349663  # 49 bits
     mixed = ((mixed ^ (mixed >> 17)) & 0x7FFFFFFF) * 0x9E3779B1  # 63 bits, of which the upper ones are well mixed
@@ -21,7 +31,7 @@ def slot_of(x, y, mask):
 
 
 @compiled(f"void({TABLE}, {INTS}, int32[::1])")
-def fill_table(rows, wide, table):
+def fill_table(rows: Table, wide: Ints, table: Table) -> None:
     """Put the number of each row into its place; in a hashed table at the first free place from its slot on."""
     mask = len(table) - 1
     for row in range(len(rows) - 1):
@@ -33,7 +43,7 @@ def fill_table(rows, wide, table):
 
 
 @inlined
-def row_at(rows, table, wide, x, y):
+def row_at(rows: Table, table: Table, wide: Ints, x: Whole, y: Whole) -> Whole:
     """The number of the row at x and y; -1 where there is none."""
     if x < 0 or y < 0 or x >= wide[0] or y >= wide[1]:
         return -1
@@ -50,7 +60,7 @@ def row_at(rows, table, wide, x, y):
 
 
 @inlined
-def first_from(cells, begin, end, z):
+def first_from(cells: Table, begin: Whole, end: Whole, z: Whole | float) -> Whole:
     """The first cube of begin to end whose z is at least this; end where there is none."""
     while end - begin > 4:
         middle = (begin + end) >> 1
@@ -67,7 +77,10 @@ BOX = "int64, int64, int64, int64, int64, int64"  # the first and the last cube 
 
 
 @compiled(f"int64({GRID}, {BOX}, float64[:, ::1], int64[::1])")
-def gather(points, cells, rows, table, wide, low, size, x0, x1, y0, y1, z0, z1, floats, places):
+def gather(
+    points: Floats, cells: Table, rows: Table, table: Table, wide: Ints, low: Floats, size: float,
+    x0: Whole, x1: Whole, y0: Whole, y1: Whole, z0: Whole, z1: Whole, floats: Floats, places: Ints,
+) -> int:  # fmt: skip
     """Copy the points of a box of cubes side by side, and return how many; -1 where they are too many."""
     found = 0
     for x in range(max(0, x0), min(wide[0] - 1, x1) + 1):

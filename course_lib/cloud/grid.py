@@ -26,7 +26,7 @@ class Runs(NamedTuple):
 
     order: NDArray[np.intp]
     start: NDArray[np.intp]
-    count: NDArray[np.intp]
+    count: NDArray[np.intp]  # type: ignore[assignment]  # hides the method of tuples
 
     def of_points(self) -> NDArray[np.intp]:
         """(N,) the cube of each point."""

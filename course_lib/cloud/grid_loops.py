@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 
-from course_lib.cloud.gather_loops import EXACT, GRID, first_from, gather, row_at
+from course_lib.cloud.gather_loops import EXACT, GRID, Flags, Floats, Ints, Table, Whole, first_from, gather, row_at
 from course_lib.compiled import compiled, inlined
 
 __all__ = ["ROOM", "covariances", "has_others_within", "mean_distances"]
@@ -26,7 +26,10 @@ GUESS = 1.4  # times the squared distance of the point before: almost always the
 
 
 @compiled(f"int64({GRID}, int64, int64, float64[:, ::1], int64[::1])")
-def gather_around(points, cells, rows, table, wide, low, size, cell, ring, floats, places):
+def gather_around(
+    points: Floats, cells: Table, rows: Table, table: Table, wide: Ints, low: Floats, size: float,
+    cell: int, ring: int, floats: Floats, places: Ints,
+) -> int:  # fmt: skip
     """Gather the cubes within so many rings around a cube."""
     x, y = np.int64(rows[cells[cell, 0], 0]), np.int64(rows[cells[cell, 0], 1])
     z = np.int64(cells[cell, 1])
@@ -50,7 +53,7 @@ def gather_around(points, cells, rows, table, wide, low, size, cell, ring, float
 
 
 @compiled("float64(float64[::1], int64, int64)")
-def kth_smallest(numbers, count, k):
+def kth_smallest(numbers: Floats, count: int, k: int) -> float:
     """The k-th smallest of the first `count` numbers, from 0; their order is changed (Hoare's selection)."""
     left, right = 0, count - 1
     while right > left:
@@ -72,19 +75,21 @@ def kth_smallest(numbers, count, k):
             left = i
         else:
             break
-    return numbers[k]
+    kth: float = numbers[k]
+    return kth
 
 
 @inlined
-def to_wall(low, size, x, y, z, px, py, pz):
+def to_wall(low: Floats, size: float, x: Whole, y: Whole, z: Whole, px: float, py: float, pz: float) -> float:
     """How far a point of the cube x, y, z is from the nearest wall of its own cube."""
     fx, fy, fz = (px - low[0]) / size - x, (py - low[1]) / size - y, (pz - low[2]) / size - z
     inside = min(fx, 1 - fx, fy, 1 - fy, fz, 1 - fz)
-    return max(0.0, inside) * size
+    distance: float = max(0.0, inside) * size
+    return distance
 
 
 @compiled("float64(float64[:, ::1], int64, int64, float64, float64, float64, float64)")
-def kth_distance(floats, found, k, x, y, z, guess):
+def kth_distance(floats: Floats, found: int, k: int, x: float, y: float, z: float, guess: float) -> float:
     """Write the squared distances of gathered points to one, and return the k-th smallest, from 0."""
     for i in range(found):
         dx, dy, dz = floats[0, i] - x, floats[1, i] - y, floats[2, i] - z
@@ -101,7 +106,7 @@ def kth_distance(floats, found, k, x, y, z, guess):
 
 
 @compiled("int64(float64[:, ::1], int64, int64, float64, float64, int64[::1])")
-def pick(floats, found, k, kth, most, picked):
+def pick(floats: Floats, found: int, k: int, kth: float, most: float, picked: Ints) -> int:
     """Write which gathered points are the k nearest, of equal ones the first; none beyond `most` squared. How many."""
     count = 0
     for i in range(found):
@@ -116,7 +121,10 @@ def pick(floats, found, k, kth, most, picked):
 
 
 @compiled(f"void({GRID}, int64, int64, int64, float64[:, ::1], int64[::1], float64[::1], boolean[::1])")
-def mean_distances(points, cells, rows, table, wide, low, size, start, stop, k, floats, places, mean, open_):
+def mean_distances(
+    points: Floats, cells: Table, rows: Table, table: Table, wide: Ints, low: Floats, size: float,
+    start: int, stop: int, k: int, floats: Floats, places: Ints, mean: Floats, open_: Flags,
+) -> None:  # fmt: skip
     """The mean distance of the points of some cubes to their k nearest others; `open_` stays True where none is."""
     for cell in range(start, stop):
         x, y, z = rows[cells[cell, 0], 0], rows[cells[cell, 0], 1], cells[cell, 1]
@@ -155,8 +163,10 @@ def mean_distances(points, cells, rows, table, wide, low, size, start, stop, k, 
     "int64[::1], boolean[::1])"
 )
 def covariances(
-    points, cells, rows, table, wide, low, size, start, stop, k, most, floats, places, picked, six, count, open_
-):
+    points: Floats, cells: Table, rows: Table, table: Table, wide: Ints, low: Floats, size: float,
+    start: int, stop: int, k: int, most: float, floats: Floats, places: Ints, picked: Ints,
+    six: Floats, count: Ints, open_: Flags,
+) -> None:  # fmt: skip
     """xx, yy, zz, xy, xz, yz of the covariance of each point's k nearest, itself too; none beyond `most`."""
     for cell in range(start, stop):
         x, y, z = rows[cells[cell, 0], 0], rows[cells[cell, 0], 1], cells[cell, 1]
@@ -208,7 +218,10 @@ def covariances(
 
 
 @compiled(f"void({GRID}, int64, int64, int64, float64, boolean[::1])")
-def has_others_within(points, cells, rows, table, wide, low, size, start, stop, least, most, enough):
+def has_others_within(
+    points: Floats, cells: Table, rows: Table, table: Table, wide: Ints, low: Floats, size: float,
+    start: int, stop: int, least: int, most: float, enough: Flags,
+) -> None:  # fmt: skip
     """Whether each point of some cubes has at least so many others, none beyond `most` squared; a cube is as wide."""
     for cell in range(start, stop):
         row_x, row_y = np.int64(rows[cells[cell, 0], 0]), np.int64(rows[cells[cell, 0], 1])

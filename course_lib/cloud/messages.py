@@ -59,7 +59,7 @@ class PointCloud2:
 
 
 def to_message(
-    structured_array: NDArray,
+    structured_array: NDArray[np.void],
     *,
     height: int | None = None,
     big_endian: bool = False,
@@ -88,7 +88,8 @@ def to_message(
         If the array is not structured, empty, or has fields that ROS cannot name, or height does not divide N.
     """
     array = np.asarray(structured_array)
-    if array.dtype.names is None:
+    names, layout = array.dtype.names, array.dtype.fields
+    if names is None or layout is None:
         raise ValueError("structured_array: expected a structured array, e.g. numpy.zeros(n, POINT_TYPES['PointXYZ']).")
     if array.ndim not in (1, 2) or array.size == 0:
         raise ValueError(f"structured_array: expected shape (N,) or (H, W) with points, got {array.shape}.")
@@ -99,8 +100,8 @@ def to_message(
         raise ValueError(f"height: {rows} rows do not divide {array.size} points.")
     columns = array.size // rows
     fields, formats = [], []
-    for name in array.dtype.names:
-        kind, offset = array.dtype.fields[name][:2]
+    for name in names:
+        kind, offset = layout[name][:2]
         base, shape = kind.subdtype or (kind, (1,))
         native = base.newbyteorder("=")
         if native not in _DATATYPE_OF or len(shape) != 1:
@@ -111,7 +112,7 @@ def to_message(
     point_step = array.dtype.itemsize + padding
     wire = np.dtype(
         {
-            "names": list(array.dtype.names),
+            "names": list(names),
             "formats": formats,
             "offsets": [field.offset for field in fields],
             "itemsize": point_step,
@@ -121,7 +122,7 @@ def to_message(
     data = np.zeros((rows, row_step), np.uint8)
     points = np.ndarray((rows, columns), wire, data, strides=(row_step, point_step))
     dense = True
-    for name in array.dtype.names:
+    for name in names:
         column = array[name].reshape(points[name].shape)
         points[name] = column
         dense = dense and (column.dtype.kind != "f" or name in ("rgb", "rgba") or bool(np.isfinite(column).all()))
@@ -130,7 +131,7 @@ def to_message(
     )
 
 
-def from_message(msg: PointCloud2) -> NDArray:
+def from_message(msg: PointCloud2) -> NDArray[np.void]:
     """Read a PointCloud2 message of any stride, padding and byte order.
 
     Parameters
@@ -207,7 +208,8 @@ def message_to_xyz(msg: PointCloud2) -> NDArray[np.floating]:
         If a field is missing, or the message contradicts itself.
     """
     array = from_message(msg).ravel()
-    missing = [name for name in "xyz" if name not in array.dtype.names]
+    names = array.dtype.names or ()
+    missing = [name for name in "xyz" if name not in names]
     if missing:
-        raise ValueError(f"message: no field {', '.join(missing)}; it has {', '.join(array.dtype.names)}.")
+        raise ValueError(f"message: no field {', '.join(missing)}; it has {', '.join(names)}.")
     return np.stack([array["x"], array["y"], array["z"]], axis=-1)

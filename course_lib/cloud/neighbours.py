@@ -93,7 +93,8 @@ class Neighbours:
     ) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
         # SciPy leaves out what lies at exactly the bound; we count it, as a ball does
         bound = np.nextafter(radius, np.inf)
-        return self._tree.query(queries, k=np.arange(1, k + 1), distance_upper_bound=bound, workers=threads())
+        distance, index = self._tree.query(queries, np.arange(1, k + 1), distance_upper_bound=bound, workers=threads())
+        return distance, index
 
     def _grid_for(self, k: int) -> Grid | None:
         """Cubes as wide as the distance to the k-th neighbour mostly is; None where they would be of no use."""
@@ -129,8 +130,8 @@ class Neighbours:
             from course_lib.cloud.follow_loops import TOGETHER, follow
 
             def job(start: int, stop: int) -> None:
-                few = np.empty(TOGETHER, dtype=np.int64), np.empty(TOGETHER)
-                follow(*grid[1:], queries, start, stop, radius, *few, *_scratch(), *trace, distance, open_)
+                scratch = np.empty(TOGETHER, dtype=np.int64), np.empty(TOGETHER), *_scratch()
+                follow(*grid[1:], queries, start, stop, radius, *scratch, *trace, distance, open_)
 
             in_threads(job, len(queries), FEW_QUERIES)
         rest = np.flatnonzero(open_)

@@ -20,7 +20,7 @@ __all__ = ["Surfels", "estimate_normals", "fit_surfels", "orient_normals", "smal
 
 FLAT = 1e-12  # a second eigenvalue below this share of the largest: the neighbours lie on a line, which has no normal
 ROUNDING = 16 * np.finfo(np.float64).eps  # of a coordinate and of what is computed from it, as a share of its size
-ROUNDING_FLOAT32 = 4 * np.finfo(np.float32).eps  # of a coordinate that came in single precision
+ROUNDING_FLOAT32 = 4 * float(np.finfo(np.float32).eps)  # of a coordinate that came in single precision
 NEARLY_A_LINE = 1 - 1e-6  # from here on the closed form loses digits, and the slower solver takes over
 BLOCK = 1 << 13  # points at a time, so that what is computed of them stays in the cache
 

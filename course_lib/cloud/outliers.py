@@ -76,7 +76,7 @@ def keep_by_statistics(points: ArrayLike, k: int = 20, std_ratio: float = 2.0) -
     """
     ratio = checks.positive(std_ratio, "std_ratio", "number of standard deviations")
     mean = mean_distances(points, k)
-    middle, deviation = mean.mean(), mean.std(ddof=1)
+    middle, deviation = float(mean.mean()), float(mean.std(ddof=1))
     # distances that differ by rounding only, of themselves or of the coordinates, have no outliers among them
     given = np.asarray(points)
     digit = 4 * np.finfo(given.dtype if given.dtype.kind == "f" else np.float64).eps * float(np.abs(given).max())

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from course_lib import checks
 from course_lib.camera import pinhole, rgbd
+from course_lib.checks import FloatArray
 from course_lib.cloud.messages import PointCloud2, PointField, from_message, message_to_xyz, to_message
 from course_lib.cloud.point_types import POINT_TYPES, pack_rgb, point_type, unpack_rgb
 from course_lib.geometry import transforms
@@ -22,8 +23,6 @@ __all__ = [
     "POINT_TYPES", "PointCloud", "PointCloud2", "PointField", "drop_nan", "from_frame", "from_message",
     "message_to_xyz", "pack_rgb", "point_type", "to_message", "unpack_rgb",
 ]  # fmt: skip
-
-FloatArray = NDArray[np.floating]
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,15 +84,15 @@ class PointCloud:
                 f"select: expected a mask of {len(self)} booleans or a list of indices below {len(self)}, "
                 f"got {index.dtype} of shape {index.shape}."
             )
-        picked = {
+        rest = {
             name: None if values is None else values[index]
-            for name, values in ((n, getattr(self, n)) for n in ("points", "colors", "normals", "labels"))
+            for name, values in ((n, getattr(self, n)) for n in ("colors", "normals", "labels"))
         }
-        return replace(self, **picked)
+        return replace(self, points=self.points[index], **rest)
 
 
 def _cloud(cloud: PointCloud | ArrayLike) -> PointCloud:
-    return cloud if isinstance(cloud, PointCloud) else PointCloud(cloud)
+    return cloud if isinstance(cloud, PointCloud) else PointCloud(checks.cloud_points(cloud))
 
 
 def drop_nan(cloud: PointCloud | ArrayLike) -> PointCloud:
@@ -130,7 +129,7 @@ def from_frame(frame: rgbd.RGBDFrame, *, world: bool = False) -> PointCloud:
     """
     if not isinstance(frame, rgbd.RGBDFrame):
         raise ValueError(f"frame: expected an RGBDFrame, got {type(frame).__name__}.")
-    points = pinhole.deproject_compact(frame.depth, frame.camera)
+    points: FloatArray = pinhole.deproject_compact(frame.depth, frame.camera)
     if world:
         if frame.T_world_camera is None:
             raise ValueError("frame: its pose T_world_camera is unknown, so its points have no place in the world.")

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from course_lib import checks
-from course_lib.checks import check_rigid
+from course_lib.checks import FloatArray, check_rigid
 from course_lib.geometry.rotations import exp, from_quaternion_xyzw, hat, log, rotation_vector, to_quaternion_xyzw, vee
 
 __all__ = [
@@ -26,8 +26,6 @@ __all__ = [
     "invert", "log", "look_at", "pose_error", "random", "rotation_x", "rotation_y", "rotation_z", "to_quaternion_xyzw",
     "vee",
 ]  # fmt: skip
-
-FloatArray = NDArray[np.floating]
 
 
 @dataclass(frozen=True)
@@ -150,7 +148,8 @@ def apply(T: ArrayLike, points: ArrayLike) -> FloatArray:
     T = check_rigid(T)
     points = checks.last_axis(points, 3, "points")
     T = T.astype(points.dtype)
-    return points @ T[:3, :3].T + T[:3, 3]
+    moved: FloatArray = points @ T[:3, :3].T + T[:3, 3]
+    return moved
 
 
 def rotation_x(angle: float) -> NDArray[np.float64]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from course_lib.compiled import FLOATS, INTS, ROWS, compiled
 
@@ -10,7 +11,15 @@ __all__ = ["add_pairs", "add_planes", "move"]
 
 
 @compiled(f"void({ROWS}, {ROWS}, {INTS}, {FLOATS}, int64, int64, float64[:, ::1])")
-def add_pairs(p, q, place, weight, start, stop, sums):
+def add_pairs(
+    p: NDArray[np.float64],
+    q: NDArray[np.float64],
+    place: NDArray[np.int64],
+    weight: NDArray[np.float64],
+    start: int,
+    stop: int,
+    sums: NDArray[np.float64],
+) -> None:
     """Add Σ w (q, 1) (p, 1)ᵀ over the pairs of a part to (4, 4) sums; q[place[i]] belongs to p[i]."""
     w_ = px = py = pz = qx = qy = qz = xx = xy = xz = yx = yy = yz = zx = zy = zz = 0.0
     for i in range(start, stop):
@@ -30,7 +39,16 @@ def add_pairs(p, q, place, weight, start, stop, sums):
 
 
 @compiled(f"void({ROWS}, {ROWS}, {ROWS}, {INTS}, {FLOATS}, int64, int64, float64[:, ::1])")
-def add_planes(p, q, normals, place, weight, start, stop, sums):
+def add_planes(
+    p: NDArray[np.float64],
+    q: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    place: NDArray[np.int64],
+    weight: NDArray[np.float64],
+    start: int,
+    stop: int,
+    sums: NDArray[np.float64],
+) -> None:
     """Add Σ w a aᵀ, upper half, with a = (p x n, n, n · (q - p)), and below it Σ w (p, 1, |p|²), to (8, 7) sums."""
     a = np.empty(7)
     for i in range(start, stop):
@@ -53,7 +71,9 @@ def add_planes(p, q, normals, place, weight, start, stop, sums):
 
 
 @compiled(f"void({ROWS}, {ROWS}, int64, int64, float64[:, ::1])")
-def move(T, points, start, stop, moved):
+def move(
+    T: NDArray[np.float64], points: NDArray[np.float64], start: int, stop: int, moved: NDArray[np.float64]
+) -> None:
     """Write T (4, 4) applied to some points."""
     for i in range(start, stop):
         x, y, z = points[i, 0], points[i, 1], points[i, 2]

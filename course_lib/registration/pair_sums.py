@@ -36,7 +36,8 @@ def pair_sums(
     """Return Σ w (q, 1) (p, 1)ᵀ, (4, 4): the sums of weights, of points, and of their products."""
     if len(p) < MANY:
         a, b = _with_one(q.take(place, axis=0)), _with_one(p)
-        return np.einsum("ni,n,nj->ij", a, weight, b)
+        product: NDArray[np.float64] = np.einsum("ni,n,nj->ij", a, weight, b)
+        return product
     from course_lib.registration.pair_loops import add_pairs
 
     return _in_parts((4, 4), len(p), lambda start, stop, sums: add_pairs(p, q, place, weight, start, stop, sums))
@@ -83,5 +84,11 @@ def _in_parts(
     """Sums of a shape over parts, added in their order."""
     sums = np.zeros((PARTS, *shape))
     edges = np.linspace(0, count, PARTS + 1).astype(np.int64).tolist()
-    in_threads(lambda a, b: [add(edges[i], edges[i + 1], sums[i]) for i in range(a, b)], PARTS, PARTS * FEW // count)
-    return sums.sum(axis=0)
+
+    def job(first: int, last: int) -> None:
+        for i in range(first, last):
+            add(edges[i], edges[i + 1], sums[i])
+
+    in_threads(job, PARTS, PARTS * FEW // count)
+    total: NDArray[np.float64] = sums.sum(axis=0)
+    return total

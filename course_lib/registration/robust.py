@@ -49,7 +49,7 @@ def robust_weights(residual: NDArray[np.float64], kernel: str) -> NDArray[np.flo
     if not np.isfinite(residual).all():
         raise ValueError("residual: a NaN or infinite residual has no weight; drop such pairs first.")
     if scale == 0:
-        return (residual == 0).astype(np.float64)
+        return np.where(residual == 0, 1.0, 0.0)
     ratio = residual / scale
     if kernel == "huber":
         return np.minimum(1.0, HUBER / np.maximum(ratio, 1e-12))

@@ -65,8 +65,9 @@ def distance_to_surface(points: ArrayLike, mesh: Mesh) -> NDArray[np.float64]:
         o3d.core.Tensor((mesh.vertices - origin).astype(np.float32)),
         o3d.core.Tensor(mesh.triangles.astype(np.uint32)),
     )
-    distance = scene.compute_distance(o3d.core.Tensor((points - origin).astype(np.float32)))
-    return distance.numpy().astype(np.float64)
+    near = o3d.core.Tensor((points - origin).astype(np.float32))
+    distance: NDArray[np.float32] = scene.compute_distance(near).numpy()
+    return distance.astype(np.float64)
 
 
 def nearest_distances(a: ArrayLike, b: ArrayLike) -> NDArray[np.float64]:
