@@ -286,9 +286,3 @@ def findings(path: Path, tree: Tree) -> list[str]:
         return [f"{tree.relative(path)}: {error}"]
     checked = Checked(nb, path, kind_of(path, tree), tree)
     return [line for gate in GATES for line in gate(checked)]
-
-
-def tree_findings(tree: Tree) -> list[str]:
-    """Everything that is wrong with any stored notebook of the course."""
-    folders = (tree.lessons_folder, tree.solutions_folder, tree.exercises_folder)
-    return [line for folder in folders for path in sorted(folder.glob("*.ipynb")) for line in findings(path, tree)]

@@ -52,7 +52,8 @@ def same_picture(old: str, new: str) -> bool:
     return bool(difference.mean() <= MEAN_DIFFERENCE and strong <= STRONG_SHARE)
 
 
-def _same_output(old: NotebookNode, new: NotebookNode) -> bool:
+def same_output(old: NotebookNode, new: NotebookNode) -> bool:
+    """Whether two outputs say the same, pictures compared by eye and the rest exactly."""
     if old.output_type != new.output_type:
         return False
     if old.output_type not in ("execute_result", "display_data"):
@@ -63,11 +64,6 @@ def _same_output(old: NotebookNode, new: NotebookNode) -> bool:
         same_picture(old.data[key], new.data[key]) if key == "image/png" else old.data[key] == new.data[key]
         for key in new.data
     )
-
-
-def same_outputs(old: list[NotebookNode], new: list[NotebookNode]) -> bool:
-    """Whether two lists of outputs say the same, pictures compared by eye and the rest exactly."""
-    return len(old) == len(new) and all(_same_output(a, b) for a, b in zip(old, new, strict=True))
 
 
 def keep_unchanged(old: NotebookNode, new: NotebookNode) -> None:
@@ -82,7 +78,7 @@ def keep_unchanged(old: NotebookNode, new: NotebookNode) -> None:
             continue
         kept = []
         for a, b in zip(before.outputs, cell.outputs, strict=True):
-            if _same_output(a, b):
+            if same_output(a, b):
                 b.update({key: value for key, value in a.items() if key != "execution_count"})
             kept.append(b)
         cell.outputs = kept

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import signal
 import subprocess
 import sys
@@ -13,8 +12,6 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from nbformat import NotebookNode
-
 from course_lib import compiled
 
 from . import notebooks as nbs
@@ -23,7 +20,6 @@ from .kernels import CELL_SECONDS, START_SECONDS, kernel_environment
 from .needed_data import make_side_by_side, missing_data
 from .tree import CourseError, Source, Tree
 
-WORKERS = 2
 QUICK_LABS = 2
 COPIES = "course"  # pytest names a copy by its path below this folder: notebooks/01_name.ipynb
 LEFT_OUT = {"quick": "not slow and not thorough", "all": "not thorough", "thorough": ""}  # tests, by their marks
@@ -153,41 +149,3 @@ def prove(tree: Tree, depth: str, workers: int, more: Sequence[str], say: Callab
             say(skipped_line(skipped))  # before the run: what pytest says stands last
         say(f"loops compiled ... {compiled_at - began:5.1f} s\ndata made ........ {made_at - compiled_at:5.1f} s")
         return subprocess.run(words, env=environment, cwd=tree.root, check=False).returncode
-
-
-def _task_of_check(source: str) -> str | None:
-    match = re.search(r"\bcheck\(\s*[\"'](\d\d-\d+)[\"']", source)
-    return match[1] if match else None
-
-
-def stub_findings(nb: NotebookNode, skipped: Callable[[str], bool] = lambda task: False) -> list[str]:
-    """What is wrong with an exercise that ran untouched under COURSE_STRICT=1, errors kept.
-
-    Each check must end in its own task's NotImplementedError, and no other cell in any error.
-
-    Parameters
-    ----------
-    nb : the executed exercise.
-    skipped : whether a task's check has no data to run on here, and so says nothing.
-    """
-    found = []
-    checks = 0
-    for number, cell in enumerate(nb.cells):
-        if cell.cell_type != "code":
-            continue
-        raised = [f"{output.ename}: {output.evalue}" for output in cell.outputs if output.output_type == "error"]
-        task = _task_of_check(cell.source) if "check" in nbs.cell_tags(cell) else None
-        if task is None:
-            declared = "raises-exception" in nbs.cell_tags(cell)
-            found += [] if declared else [f"cell {number} ({cell.id}) raises {error[:100]}" for error in raised]
-            continue
-        checks += 1
-        wanted = f"NotImplementedError: Task {task.split('-')[1]}:"
-        if not raised and not skipped(task):
-            found.append(f"cell {number} ({cell.id}): the check of the stub {task} raises nothing")
-        found += [
-            f"cell {number} ({cell.id}): the check of {task} raises {error[:100]}, not {wanted} …"
-            for error in raised
-            if not error.startswith(wanted)
-        ]
-    return found if checks else [*found, "it has no check"]

@@ -116,11 +116,6 @@ def stub(task_id: str, root: Path = ROOT) -> str:
     return stubs.exercise_source(task.source, task.number, task.title)
 
 
-def given_wrong(task_id: str, root: Path = ROOT) -> str:
-    """The source of a mend task's cell as it is given, with the stub's line deleted; "" for other tasks."""
-    return stubs.given_source(task_of_lab(task_id, root).source)
-
-
 def preamble(lab: str, root: Path = ROOT) -> str:
     """What a lab's answers may rely on: its own imports, small functions and constants, outside tagged cells.
 

@@ -7,6 +7,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from untouched_exercise import stub_findings
 
 from course_lib.authoring import notebooks as nbs
 from course_lib.authoring.kernels import kernel_environment
@@ -17,7 +18,6 @@ from course_lib.authoring.prove import (
     copy_notebooks,
     pytest_words,
     skipped_line,
-    stub_findings,
 )
 from course_lib.authoring.tree import CourseError, Tree
 

@@ -99,8 +99,8 @@ def test_answer_keeps_to_what_may_be_called(task: Task) -> None:
         parts = hidden.split(".")
         assert parts[0] == "course_lib" or parts[0] in ("numpy", "scipy", "cv2", "open3d"), hidden
         if parts[0] == "course_lib":
-            module = importlib.import_module(".".join(parts[:2]))
-            assert len(parts) == 2 or hasattr(module, parts[2]), f"{hidden} does not exist"
+            module = importlib.import_module(".".join(parts[:3]))
+            assert len(parts) == 3 or hasattr(module, parts[3]), f"{hidden} does not exist"
 
 
 @each_task
@@ -119,7 +119,7 @@ def test_stub_is_not_started(task: Task, shell: proofs.Shell, monkeypatch: pytes
 
 @each_task
 def test_given_wrong_code_is_recognised(task: Task, shell: proofs.Shell, monkeypatch: pytest.MonkeyPatch) -> None:
-    given = solutions.given_wrong(task.id)
+    given = stubs.given_source(solutions.task_of_lab(task.id).source)
     assert bool(given) == (task.kind == "mend"), "a mend task, and no other, has # INSTEAD and #| lines"
     if given:
         assert stubs.MEND in solutions.stub(task.id)
