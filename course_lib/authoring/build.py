@@ -16,6 +16,7 @@ from . import notebooks as nbs
 from .gates import findings
 from .generated import stale, write_generated
 from .kernels import CellFailed, execute
+from .lesson_files import lacking
 from .outputs import keep_unchanged
 from .tree import CourseError, Source, Tree
 
@@ -205,11 +206,15 @@ def orphans(tree: Tree) -> list[str]:
 def build_all(names: Iterable[str], kind: str | None, tree: Tree, say: Callable[[str], None]) -> int:
     """Build what is named, one after the other, and print what the gates find; the others go on after a failure.
 
+    The gates look when all is written: a lesson links to its lab and to its words in the glossary.
+
     Returns
     -------
     The exit code: 1 if a cell failed or a gate found something.
     """
-    failed = found = 0
+    names = list(names)
+    failed = 0
+    built: list[Source] = []
     for source in [source for source in tree.find(names) if kind in (None, source.kind)]:
         started = time.perf_counter()
         say(tree.relative(source.path))
@@ -221,13 +226,15 @@ def build_all(names: Iterable[str], kind: str | None, tree: Tree, say: Callable[
             continue
         what = ", ".join(tree.relative(path) for path in changed) or "nothing changed"
         say(f"  {what} ({time.perf_counter() - started:.0f} s)")
-        for line in [line for path in source.notebooks for line in findings(path, tree)]:
-            say(f"  ! {line}")
-            found += 1
+        built.append(source)
     for path in write_generated(tree):
         say(f"{tree.relative(path)}: its rows are new")
+    found = [line for source in built for path in source.notebooks for line in findings(path, tree)]
+    found += lacking(tree, names)
+    for line in found:
+        say(f"! {line}")
     if failed or found:
-        say(f"{failed} sources failed, {found} findings")
+        say(f"{failed} sources failed, {len(found)} findings")
     return 1 if failed or found else 0
 
 
@@ -236,7 +243,7 @@ def check_all(names: Iterable[str], kind: str | None, tree: Tree, say: Callable[
     names = list(names)
     sources = [source for source in tree.find(names) if kind in (None, source.kind)]
     findings = [line for source in sources for line in check_agreement(source, tree)]
-    findings += [] if names else orphans(tree) + stale(tree)
+    findings += lacking(tree, names) + ([] if names else orphans(tree) + stale(tree))
     for line in findings:
         say(line)
     say(f"{len(sources)} sources, {len(findings)} differences")

@@ -68,15 +68,13 @@ PAGES: dict[str, tuple[str, Callable[[Tree], str]]] = {
 
 
 def _pages(tree: Tree) -> list[tuple[Path, str, str]]:
-    """Each page that has markers, as it stands and as it should stand."""
+    """Each page that has rows, as it stands and as it should stand."""
     found = []
     for name, (marker, rows) in PAGES.items():
         path = tree.root / name
         if not path.is_file():
             continue
         text = path.read_text(encoding="utf-8")
-        if f"<!-- {marker} -->" not in text and f"<!-- /{marker} -->" not in text:
-            continue
         parts = re.split(rf"(?<=<!-- {marker} -->\n).*?(?=<!-- /{marker} -->)", text, flags=re.S)
         if len(parts) != 2:
             raise CourseError(f"{name}: it needs the lines <!-- {marker} --> and <!-- /{marker} -->, once each.")
@@ -90,7 +88,7 @@ def write_generated(tree: Tree) -> list[Path]:
     Raises
     ------
     CourseError
-        If a page has lost one of its markers, or a file has not the form that is wanted.
+        If a page has lost a marker, or a file has not the form that is wanted.
     """
     changed = [(path, new) for path, old, new in _pages(tree) if old != new]
     for path, new in changed:

@@ -23,6 +23,7 @@ class Stage:
     name : what it is, in the table.
     unit : of the measured value.
     lesson : which lesson measures it.
+    announced : whether lessons before it show the row, too; else adding the lesson would change what they have stored.
     """
 
     order: int
@@ -30,6 +31,7 @@ class Stage:
     name: str
     unit: str
     lesson: str
+    announced: bool = False
 
 
 @dataclass(frozen=True)

@@ -230,7 +230,7 @@ class Show:
         return strip(frames, columns=min(len(frames), 4), alt=alt, **how)
 
     def error_budget(self, measured: Mapping[str, tuple[float, float]] | None = None) -> None:
-        """Show the running error budget: what was measured so far, and which lessons measure the rest.
+        """Show the running error budget: what was measured so far, and which lessons measure what else is announced.
 
         Parameters
         ----------
@@ -244,6 +244,8 @@ class Show:
         rows = []
         newest = max((stage.lesson for stage in stages if stage.key in measured), default="")
         for stage in stages:
+            if stage.lesson > newest and not stage.announced:
+                continue
             value, effect = measured.get(stage.key, (None, None))
             shown = (
                 f"{number(float(value), 2)} {stage.unit}"
