@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from functools import lru_cache
 from pathlib import Path
-from urllib.parse import unquote
+from urllib.parse import unquote, urlsplit
 
 import nbformat
 
@@ -59,20 +59,33 @@ def _anchors_of(path: Path, _changed: int) -> frozenset[str]:
     return frozenset(anchors(_text_of(path)))
 
 
+def _is_address(target: str) -> bool:
+    """Whether this could be an address on the web or of a mailbox, by its form alone."""
+    try:
+        parts = urlsplit(target)
+        host = parts.hostname or ""
+    except ValueError:
+        return False
+    if parts.scheme == "mailto":
+        return re.fullmatch(r"[^@\s]+@[^@\s]+\.\w+", parts.path) is not None
+    return parts.scheme in ("http", "https", "") and re.fullmatch(r"([\w-]+\.)+\w{2,}|localhost", host) is not None
+
+
 def dead_links(markdown: str, folder: Path, own_anchors: set[str]) -> list[str]:
-    """The relative links and images of a text that lead nowhere; addresses on the web are not visited.
+    """The links and images of a text that lead nowhere; addresses on the web are looked at and not visited.
 
     Parameters
     ----------
-    markdown : the text of one cell.
+    markdown : the text of one cell, or of a page.
     folder : the folder that relative links start from.
-    own_anchors : the anchors of the whole notebook.
+    own_anchors : the anchors of the whole notebook or page.
     """
     text = _without_code(markdown)
     targets = [m["to"] for m in _LINK.finditer(text)] + [m["to"] for m in _HTML.finditer(text)]
     dead = []
     for target in targets:
         if _ELSEWHERE.match(target):
+            dead += [] if _is_address(target) else [f"{target} is no address"]
             continue
         name, _, anchor = unquote(target).partition("#")
         path = (folder / name).resolve()
