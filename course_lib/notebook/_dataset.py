@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
 from course_lib.camera.pinhole import PinholeCamera
-from course_lib.camera.rgbd import DepthEncoding, RGBDFrame
+from course_lib.camera.rgbd import DepthEncoding, RGBDFrame, decode_depth
 from course_lib.cloud.pointcloud import PointCloud
+from course_lib.notebook._catalog import Entry
 from course_lib.notebook._errors import NotHere, Refusal, nearest
+from course_lib.notebook._images import read_depth, read_image
 from course_lib.surface.meshes import Mesh
 
 
@@ -112,10 +114,18 @@ class Dataset:
     raw_frame: Callable[[int], tuple[np.ndarray, np.ndarray]] | None = None
 
     def _part(self, part: str, words: str) -> Any:
-        if self.held.get(part) is None or (isinstance(self.held[part], (Parts, Lazy)) and not len(self.held[part])):
-            has = ", ".join(name for name, value in self.held.items() if value is not None and _filled(value))
-            raise NotHere(f"The dataset {self.name} has no {words}; it has {has or 'files only'}.")
-        return self.held[part]
+        has = self._has()
+        if part not in has:
+            raise NotHere(f"The dataset {self.name} has no {words}; it has {', '.join(has) or 'files only'}.")
+        return has[part]
+
+    def _has(self) -> dict[str, Any]:
+        """What it holds, without the parts that are empty."""
+        return {
+            name: value
+            for name, value in self.held.items()
+            if value is not None and not (isinstance(value, (Parts, Lazy)) and not len(value))
+        }
 
     @property
     def frames(self) -> Sequence[RGBDFrame]:
@@ -175,14 +185,57 @@ class Dataset:
     def __repr__(self) -> str:
         kinds = {"synthetic": "made here, with truth", "real": "recorded by others", "yours": "your own recording"}
         lines = [f"{self.name}: {self.title}", f"  kind        {self.kind} ({kinds[self.kind]}); units: {self.units}"]
-        held = {name: value for name, value in self.held.items() if value is not None and _filled(value)}
-        lines += [f"  {name:<11} {_brief(value)}" for name, value in held.items()]
+        lines += [f"  {name:<11} {_brief(value)}" for name, value in self._has().items()]
         lines += [f"  {name:<11} {text}" for name, text in (("licence", self.licence), ("credit", self.credit)) if text]
         return "\n".join(lines)
 
 
-def _filled(value: Any) -> bool:
-    return len(value) > 0 if hasattr(value, "__len__") else True
+def described(entry: Entry, meta: Mapping[str, Any], files: Mapping[str, Path]) -> Dataset:
+    """A dataset of the catalogue as its entry and its card tell of it, holding nothing yet."""
+    card = entry.card_path.read_text(encoding="utf-8") if entry.card_path.exists() else ""
+    return Dataset(
+        entry.name, entry.kind, entry.title, card, entry.credit, entry.licence, entry.units, meta=meta, files=files
+    )
+
+
+def with_frames(
+    base: Dataset,
+    names: Sequence[str],
+    raw: Callable[[int], tuple[np.ndarray, np.ndarray]],
+    encoding: DepthEncoding | None,
+    camera: PinholeCamera | None,
+    *,
+    poses: Sequence[np.ndarray] | None = None,
+    registered: bool = True,
+    **held: Any,
+) -> Dataset:
+    """Add frames to a dataset, each decoded when asked for, and whatever else it holds.
+
+    Parameters
+    ----------
+    names : one a frame.
+    raw : gives colour and depth of a frame as they are stored; see `Dataset.raw`.
+    encoding, camera, registered : of all frames; None where there are none.
+    poses : (4, 4) T_world_camera, one a frame, or None.
+    """
+
+    def frame(index: int) -> RGBDFrame:
+        color, depth = raw(index)
+        T = None if poses is None else poses[index]
+        return RGBDFrame(color, decode_depth(depth, encoding), camera, T, registered=registered, name=names[index])
+
+    parts = {
+        "frames": Lazy(len(names), frame, "frames"),
+        "encoding": encoding,
+        "camera": camera,
+        "poses": None if poses is None else list(poses),
+    }
+    return replace(base, held={**parts, **held}, raw_frame=raw)
+
+
+def raw_of(pairs: Sequence[tuple[Path, Path]]) -> Callable[[int], tuple[np.ndarray, np.ndarray]]:
+    """Give colour and depth of a frame as they are stored, from pairs of such files; see `Dataset.raw`."""
+    return lambda index: (read_image(pairs[index][0]), read_depth(pairs[index][1]))
 
 
 def _brief(value: Any) -> str:

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from course_lib.camera.pinhole import PinholeCamera, preset
-from course_lib.camera.rgbd import DepthEncoding, RGBDFrame, decode_depth, find_encoding
+from course_lib.camera.rgbd import DepthEncoding, decode_depth, find_encoding
 from course_lib.notebook import _poses, files
-from course_lib.notebook._dataset import Dataset, Lazy, Parts
+from course_lib.notebook._dataset import Dataset, Parts, raw_of, with_frames
 from course_lib.notebook._errors import Refusal, shown
 from course_lib.notebook._images import SUFFIXES
 from course_lib.notebook._recording import read_recording
@@ -147,25 +147,15 @@ def _rgbd(
         )
 
     unit = f"{form.units_per_metre:g} units a metre{' (assumed)' if encoding is None else ''}"
-
-    def raw(index: int) -> tuple[np.ndarray, np.ndarray]:
-        return files.read_image(pairs[index][0]), files.read_depth(pairs[index][1])
-
-    def frame(index: int) -> RGBDFrame:
-        image, stored = raw(index)
-        T = None if poses is None else poses[index]
-        name = f"{path.name} {pairs[index][1].stem}"
-        return RGBDFrame(image, decode_depth(stored, form), lens, T, registered=registered, name=name)
-
-    return Dataset(
+    base = Dataset(
         name=path.name,
         kind="yours",
         title=f"{len(pairs)} frames; {unit}; depth {'aligned' if registered else 'not aligned'} to colour",
         meta={"poses_from": why} if why else {},
         files={f"{kind}/{one.name}": one for pair in pairs for kind, one in zip(("color", "depth"), pair, strict=True)},
-        held={"frames": Lazy(len(pairs), frame, "frames"), "encoding": form, "camera": lens, "poses": poses},
-        raw_frame=raw,
     )
+    names = [f"{path.name} {one.stem}" for _, one in pairs]
+    return with_frames(base, names, raw_of(pairs), form, lens, poses=poses, registered=registered)
 
 
 def _images(folder: Path) -> list[Path]:

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-
-import numpy as np
+from typing import Any
 
 from course_lib.camera.pinhole import PinholeCamera, preset
-from course_lib.camera.rgbd import RGBDFrame, decode_depth, find_encoding
+from course_lib.camera.rgbd import find_encoding
 from course_lib.notebook import _places, _poses, _stored, files
 from course_lib.notebook._catalog import Entry, RemoteFile
-from course_lib.notebook._dataset import Dataset, Lazy, Parts
+from course_lib.notebook._dataset import Dataset, Parts, described, raw_of, with_frames
 from course_lib.notebook._errors import DataDamaged, DataMissing
 
 _proved: dict[Path, tuple[int, int, str]] = {}
@@ -88,17 +87,7 @@ def load(entry: Entry) -> Dataset:
 
 
 def _base(entry: Entry, paths: dict[str, Path]) -> Dataset:
-    return Dataset(
-        name=entry.name,
-        kind="real",
-        title=entry.title,
-        card=entry.card_path.read_text(encoding="utf-8") if entry.card_path.exists() else "",
-        credit=entry.credit,
-        licence=entry.licence,
-        units=entry.units,
-        meta={"citation": entry.citation} if entry.citation else {},
-        files=paths,
-    )
+    return described(entry, {"citation": entry.citation} if entry.citation else {}, paths)
 
 
 def camera_of(entry: Entry, paths: dict[str, Path]) -> PinholeCamera:
@@ -113,86 +102,37 @@ def camera_of(entry: Entry, paths: dict[str, Path]) -> PinholeCamera:
     return replace(camera, source=entry.camera_source)
 
 
-def with_frames(
-    base: Dataset,
-    pairs: dict[str, tuple[Path, Path]],
-    camera: PinholeCamera,
-    encoding: str,
-    *,
-    registered: bool = True,
-    poses: np.ndarray | None = None,
-    **held: object,
-) -> Dataset:
-    """Add frames to a dataset: frame's name → (colour file, depth file), decoded when asked for."""
-    form = find_encoding(encoding)
-    names = [base.name if len(pairs) == 1 else f"{base.name} {name}" for name in pairs]
-    paths = list(pairs.values())
-
-    def raw(index: int) -> tuple[np.ndarray, np.ndarray]:
-        color, depth = paths[index]
-        return files.read_image(color), files.read_depth(depth)
-
-    def frame(index: int) -> RGBDFrame:
-        color, depth = raw(index)
-        T = None if poses is None else poses[index]
-        return RGBDFrame(color, decode_depth(depth, form), camera, T, registered=registered, name=names[index])
-
-    parts = {
-        "frames": Lazy(len(pairs), frame, "frames"),
-        "encoding": form,
-        "camera": camera,
-        "poses": None if poses is None else list(poses),
-    }
-    return replace(base, held={**parts, **held}, raw_frame=raw)
-
-
-def _pairs(paths: dict[str, Path], start: str = "") -> dict[str, tuple[Path, Path]]:
-    """Pair the files called color... with those called depth..., each in the catalogue's order."""
-    colors = [name for name in paths if name.startswith(f"{start}color")]
-    depths = [name for name in paths if name.startswith(f"{start}depth")]
+def _frames(entry: Entry, paths: dict[str, Path], start: str = "", **held: Any) -> Dataset:
+    """The files called color... are the colour of those called depth..., each in the catalogue's order."""
+    colors, depths = ([name for name in paths if name.startswith(start + kind)] for kind in ("color", "depth"))
     labels = [Path(name).stem.removeprefix("depth_") for name in depths]
-    return {n: (paths[c], paths[d]) for n, c, d in zip(labels, colors, depths, strict=True)}
-
-
-def _frames(entry: Entry, paths: dict[str, Path]) -> Dataset:
-    camera = camera_of(entry, paths)
-    return with_frames(_base(entry, paths), _pairs(paths), camera, entry.encoding, registered=entry.registered)
+    names = [entry.name if len(depths) == 1 else f"{entry.name} {label}" for label in labels]
+    raw = raw_of([(paths[c], paths[d]) for c, d in zip(colors, depths, strict=True)])
+    form, camera = find_encoding(entry.encoding), camera_of(entry, paths)
+    return with_frames(_base(entry, paths), names, raw, form, camera, registered=entry.registered, **held)
 
 
 def _redwood(entry: Entry, paths: dict[str, Path]) -> Dataset:
     poses = _poses.read_log(paths["trajectory.log"])
     reference = {"trajectory": lambda: poses, "odometry": lambda: _poses.read_log(paths["odometry.log"])}
-    return with_frames(
-        _base(entry, paths),
-        _pairs(paths),
-        camera_of(entry, paths),
-        entry.encoding,
-        poses=poses,
-        reference=Parts(reference, f"the reference of {entry.name}"),
-    )
+    return _frames(entry, paths, poses=poses, reference=_reference(entry, reference))
 
 
 def _slambook(entry: Entry, paths: dict[str, Path]) -> Dataset:
-    base = _base(entry, paths)
     poses = _poses.read_quaternions(paths["pose.txt"])
-    part = entry.parts["pair"]
-    pair = replace(base, name=f"{entry.name} pair", title=part["title"])
-    camera = PinholeCamera(**part["camera"], source=part["camera_source"])
-    pair = with_frames(pair, _pairs(paths, "pair/"), camera, part["encoding"])
+    pair = _frames(replace(entry, name=f"{entry.name} pair", **entry.parts["pair"]), paths, "pair/")
+    pair = replace(pair, card=_base(entry, paths).card)
     reference = {
         "poses": lambda: poses,
         "trajectory_groundtruth": lambda: _poses.read_tum(paths["trajectories/groundtruth.txt"]),
         "trajectory_estimated": lambda: _poses.read_tum(paths["trajectories/estimated.txt"]),
     }
-    return with_frames(
-        base,
-        _pairs(paths),
-        camera_of(entry, paths),
-        entry.encoding,
-        poses=poses,
-        reference=Parts(reference, f"the reference of {entry.name}"),
-        parts=Parts({"pair": lambda: pair}, entry.name),
-    )
+    parts = Parts({"pair": lambda: pair}, entry.name)
+    return _frames(entry, paths, poses=poses, reference=_reference(entry, reference), parts=parts)
+
+
+def _reference(entry: Entry, makers: dict[str, Callable[[], Any]]) -> Parts:
+    return Parts(makers, f"the reference of {entry.name}")
 
 
 def _clouds(entry: Entry, paths: dict[str, Path]) -> Dataset:
@@ -205,7 +145,7 @@ def _scan_pair(entry: Entry, paths: dict[str, Path]) -> Dataset:
     """Two clouds, source and target, and the motion between them as the publisher gives it."""
     makers = {name: lambda path=paths[f"{name}.ply"]: files.read_cloud(path) for name in ("source", "target")}
     reference = {"T_target_source": lambda: _poses.read_matrix(paths["T_target_source.txt"])}
-    held = {"clouds": Parts(makers, entry.name), "reference": Parts(reference, f"the reference of {entry.name}")}
+    held = {"clouds": Parts(makers, entry.name), "reference": _reference(entry, reference)}
     return replace(_base(entry, paths), held=held)
 
 
@@ -218,7 +158,7 @@ def _bunny(entry: Entry, paths: dict[str, Path]) -> Dataset:
     held = {
         "clouds": Parts(clouds, entry.name),
         "meshes": Parts(meshes, f"the meshes of {entry.name}"),
-        "reference": Parts(reference, f"the reference of {entry.name}"),
+        "reference": _reference(entry, reference),
     }
     return replace(_base(entry, paths), held=held)
 

@@ -13,10 +13,10 @@ import numpy as np
 
 from course_lib.camera.depth_alignment import align_depth
 from course_lib.camera.distortion import distort
-from course_lib.camera.rgbd import DepthEncoding, RGBDFrame, decode_depth, encode_depth
+from course_lib.camera.rgbd import DepthEncoding, decode_depth, encode_depth
 from course_lib.geometry.transforms import invert
 from course_lib.notebook._bag_common import Stream, printable
-from course_lib.notebook._dataset import Dataset, Lazy
+from course_lib.notebook._dataset import Dataset, with_frames
 from course_lib.notebook._errors import Refusal, shown
 from course_lib.notebook._rosbags import opened
 
@@ -82,21 +82,16 @@ def read_recording(path: Path, *, every: int = 1, most: int | None = None) -> Da
             moved[~_inside(*bent)] = 0  # the recorded picture ends before the straight one
         return image.copy(), encode_depth(moved, form)
 
-    def frame(index: int) -> RGBDFrame:
-        image, stored = raw(index)
-        return RGBDFrame(image, decode_depth(stored, form), camera, name=f"{path.stem} {index:03d}")
-
     if not raw(0)[1].any():
         raise Refusal(f"{shown(path)}: its first frame has no measured pixel that the colour camera sees.")
-    return Dataset(
+    base = Dataset(
         name=path.stem,
         kind="yours",
         title=f"{len(wanted)} frame{'s' if len(wanted) > 1 else ''} by {device}, depth aligned to colour",
         meta={"device": device, "frames_recorded": len(pairs)},
         files={path.name: path},
-        held={"frames": Lazy(len(wanted), frame, "frames"), "encoding": form, "camera": camera},
-        raw_frame=raw,
     )
+    return with_frames(base, [f"{path.stem} {index:03d}" for index in range(len(wanted))], raw, form, camera)
 
 
 def _pair(colour: Stream, depth: Stream) -> list[tuple[int, int]]:

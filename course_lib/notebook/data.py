@@ -20,10 +20,10 @@ from typing import Any
 import numpy as np
 
 from course_lib.camera.pinhole import PinholeCamera
-from course_lib.camera.rgbd import RGBDFrame, decode_depth, find_encoding
+from course_lib.camera.rgbd import find_encoding
 from course_lib.cloud.pointcloud import PointCloud
 from course_lib.notebook import _cache, _catalog, _real, _stored
-from course_lib.notebook._dataset import Dataset, Lazy, Parts
+from course_lib.notebook._dataset import Dataset, Lazy, Parts, described, with_frames
 from course_lib.notebook._errors import CannotWrite, DataDamaged, DataMissing, NotHere, Refusal
 from course_lib.notebook._folder import from_folder
 from course_lib.surface.meshes import Mesh
@@ -154,10 +154,6 @@ def _synthetic(entry: _catalog.Entry, folder: Path, manifest: Mapping[str, Any])
     def raw(index: int) -> tuple[np.ndarray, np.ndarray]:
         return part("color", index), part("depth_raw", index)
 
-    def frame(index: int) -> RGBDFrame:
-        color, depth = raw(index)
-        return RGBDFrame(color, decode_depth(depth, form), camera, poses[index], name=f"{entry.name} {index:03d}")
-
     per_frame = [name for name in (stored[0] if stored else {}) if name not in ("color", "depth_raw")]
     truth = {
         **{name.removesuffix("_truth"): lambda n=name: _per_frame(len(stored), part, n) for name in per_frame},
@@ -174,27 +170,17 @@ def _synthetic(entry: _catalog.Entry, folder: Path, manifest: Mapping[str, Any])
     }
     clouds = {name: lambda f=file: cloud(f) for name, file in manifest["clouds"].items()}
     meshes = {name: lambda f=one["file"]: mesh(f) for name, one in manifest["meshes"].items()}
-    held = {
-        "frames": Lazy(len(stored), frame, "frames"),
-        "encoding": form,
-        "camera": camera,
-        "poses": list(poses) if len(poses) else None,
-        "clouds": Parts(clouds, f"the clouds of {entry.name}"),
-        "meshes": Parts(meshes, f"the meshes of {entry.name}"),
-        "truth": Parts(truth, f"the truth of {entry.name}"),
-    }
-    return Dataset(
-        name=entry.name,
-        kind="synthetic",
-        title=entry.title,
-        card=entry.card_path.read_text(encoding="utf-8") if entry.card_path.exists() else "",
-        credit=entry.credit,
-        licence=entry.licence,
-        units=entry.units,
-        meta=manifest["meta"],
-        files={name: folder / name for name in manifest["files"]},
-        held=held,
-        raw_frame=raw,
+    base = described(entry, manifest["meta"], {name: folder / name for name in manifest["files"]})
+    return with_frames(
+        base,
+        [f"{entry.name} {index:03d}" for index in range(len(stored))],
+        raw,
+        form,
+        camera,
+        poses=poses if len(poses) else None,
+        clouds=Parts(clouds, f"the clouds of {entry.name}"),
+        meshes=Parts(meshes, f"the meshes of {entry.name}"),
+        truth=Parts(truth, f"the truth of {entry.name}"),
     )
 
 
