@@ -78,17 +78,22 @@ class Recording:
         """The first message of a topic, or None."""
         return next((self.decode(topic, message) for _, message in self.messages(topic)), None)
 
-    def topic_of(self, kind: str) -> str:
-        """The topic of the images of a kind."""
+    def topics_of(self, kind: str) -> tuple[str, str, str]:
+        """Topics of a kind: of its images, what they all begin with, and where its sensor stands."""
         found = sorted(name for name in self.connections if (m := IMAGES.fullmatch(name)) and m["kind"] == kind)
         if found:
-            return found[0]
+            base = found[0].partition("/image/")[0]
+            places = sorted(name for name in self.connections if name.startswith(f"{base}/tf/"))
+            return found[0], base, places[0] if places else ""
         if not any(name.startswith("/device_") for name in self.connections):
             raise Refusal(
                 f"{shown(self.path)} was not recorded by librealsense: record it with the RealSense Viewer, or extract "
                 "color/ and depth/ from it."
             )
         raise Refusal(f"{shown(self.path)} holds no {'colour' if kind == 'Color' else 'depth'}: record both streams.")
+
+    def useless(self) -> Refusal:
+        return Refusal(f"{shown(self.path)} says nothing usable of its cameras: record it again.")
 
     def believable(self, camera: tuple, rate: float, coefficients: tuple[float, ...]) -> PinholeCamera:
         """The camera, if its numbers can be those of one."""
@@ -97,7 +102,7 @@ class Recording:
         sane = sane and 0 < width <= WIDEST and 0 < height <= WIDEST and all(abs(each) < 1000 for each in coefficients)
         sane = sane and all(0.05 < f / width < 20 for f in (fx, fy)) and abs(cx) < 10 * width and abs(cy) < 10 * height
         if not sane:
-            raise Refusal(f"{shown(self.path)} says nothing usable of its cameras: record it again.")
+            raise self.useless()
         return PinholeCamera(int(width), int(height), fx, fy, cx, cy)
 
     def units(self, depth: Stream, wanted: list[int]) -> float:

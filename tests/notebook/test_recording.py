@@ -18,7 +18,7 @@ from data_helpers import MIRROR, needs_mirror
 from course_lib.camera.distortion import distort
 from course_lib.camera.pinhole import PinholeCamera, deproject, project
 from course_lib.geometry.transforms import apply, from_rotation_translation, invert, rotation_y
-from course_lib.notebook import _bag_common, _bag_ros2, _recording, data
+from course_lib.notebook import _bag_common, _recording, _rosbags, data
 from course_lib.notebook._errors import Refusal
 from course_lib.notebook._recording import _pair
 
@@ -217,7 +217,7 @@ def test_a_small_file_that_promises_a_huge_picture_is_not_unpacked(tmp_path, mon
             whole = content[:at] + header + struct.pack(">I", zlib.crc32(header)) + content[at + 21 :]
             connection.execute("UPDATE messages SET data = ? WHERE id = ?", (whole, number))
     connection.close()
-    monkeypatch.setattr(_bag_ros2.cv2, "imdecode", lambda *_: pytest.fail("unpacked"))
+    monkeypatch.setattr(_rosbags.cv2, "imdecode", lambda *_: pytest.fail("unpacked"))
     with pytest.raises(Refusal, match="walk.db3 (holds colour that cannot be read|is damaged inside)"):
         data.from_folder(path)
 
