@@ -15,14 +15,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from filelock import FileLock, Timeout
+from filelock import AcquireReturnProxy, FileLock, Timeout
 
 from course_lib.notebook import _places
 from course_lib.notebook._atomic import atomic_folder
 from course_lib.notebook._bar import Bar
 from course_lib.notebook._catalog import Entry
 from course_lib.notebook._errors import DataDamaged, Refusal, cannot_write
-from course_lib.notebook._stored import MANIFEST, sha256, write
+from course_lib.notebook._stored import MANIFEST, is_whole, sha256, write
 
 if TYPE_CHECKING:
     from course_lib.simulate.recipes.recipe import Recipe
@@ -70,21 +70,6 @@ def recipe_of(entry: Entry) -> Recipe:
     return recipe
 
 
-_proved: dict[Path, tuple[list, dict[str, Any]]] = {}
-
-
-def _stamps(folder: Path, names: list[str]) -> list[tuple[int, int] | None]:
-    """Size and time of change of every file: what says that a proof of this process still holds."""
-    stamps = []
-    for name in names:
-        try:
-            stat = os.stat(folder / name)
-            stamps.append((stat.st_size, stat.st_mtime_ns))
-        except OSError:
-            stamps.append(None)
-    return stamps
-
-
 def proved(folder: Path, wanted: str) -> dict[str, Any]:
     """Return the manifest of a made dataset, after hashing every file of it once in this process.
 
@@ -105,18 +90,14 @@ def proved(folder: Path, wanted: str) -> dict[str, Any]:
     changed = [name for name in made_by if now.get(name) != made_by[name]]
     if changed and set(made_by) <= set(now):
         raise DataDamaged(f"{folder.name} was made by older code ({changed[0]} has changed)")
-    stamps = _stamps(folder, [MANIFEST, *files])
-    if folder in _proved and _proved[folder] == (stamps, manifest):
-        return manifest
     if manifest.get("fingerprint") != wanted:
         raise DataDamaged(f"{folder.name}/{MANIFEST} belongs to other settings")
     for name, facts in files.items():
         one = folder / name
         if not one.is_file():
             raise DataDamaged(f"{folder.name}/{name} is missing")
-        if sha256(one) != facts["sha256"]:
+        if not is_whole(one, facts["sha256"]):
             raise DataDamaged(f"{folder.name}/{name} is damaged (its sha256 differs)")
-    _proved[folder] = (stamps, manifest)
     return manifest
 
 
@@ -168,23 +149,16 @@ def make(entry: Entry, seed: int | None = None) -> tuple[Path, dict[str, Any]]:
         return folder, manifest
 
 
-class _locked:
-    """Hold a file lock; say so once where another process holds it."""
-
-    def __init__(self, path: Path, name: str):
-        self.lock, self.name, self.path = FileLock(path), name, path
-
-    def __enter__(self) -> None:
-        try:
-            self.lock.acquire(timeout=0.2)
-        except Timeout:
-            _places.notice(f"Another process is making {self.name}: waiting for it.")
-            self.lock.acquire()
-        except OSError as error:
-            raise cannot_write(self.path, error) from error
-
-    def __exit__(self, *args: object) -> None:
-        self.lock.release()
+def _locked(path: Path, name: str) -> AcquireReturnProxy:
+    """Take a file lock, which the block releases; say so once where another process holds it."""
+    lock = FileLock(path)
+    try:
+        return lock.acquire(timeout=0.2)
+    except Timeout:
+        _places.notice(f"Another process is making {name}: waiting for it.")
+        return lock.acquire()
+    except OSError as error:
+        raise cannot_write(path, error) from error
 
 
 def clear(name: str) -> int:

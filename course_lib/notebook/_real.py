@@ -14,8 +14,6 @@ from course_lib.notebook._catalog import Entry, RemoteFile
 from course_lib.notebook._dataset import Dataset, Parts, described, raw_of, with_frames
 from course_lib.notebook._errors import DataDamaged, DataMissing
 
-_proved: dict[Path, tuple[int, int, str]] = {}
-
 
 def places(one: RemoteFile) -> list[Path]:
     """Where a file may lie: below the mirror, then below real/ of each cache."""
@@ -30,16 +28,8 @@ def missing(entry: Entry) -> list[RemoteFile]:
 
 
 def is_whole(path: Path, one: RemoteFile) -> bool:
-    """Has the file the size and sha256 of the catalogue? Hashed once in a process, until its size or time changes."""
-    stat = path.stat()
-    if stat.st_size != one.size:
-        return False
-    stamp = (stat.st_size, stat.st_mtime_ns, one.sha256)
-    if _proved.get(path) != stamp:
-        if _stored.sha256(path) != one.sha256:
-            return False
-        _proved[path] = stamp
-    return True
+    """Has the file the size and sha256 of the catalogue?"""
+    return path.stat().st_size == one.size and _stored.is_whole(path, one.sha256)
 
 
 def locate(entry: Entry) -> dict[str, Path]:

@@ -28,6 +28,20 @@ def sha256(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
+_proved: dict[Path, tuple[int, int, str]] = {}
+
+
+def is_whole(path: Path, wanted: str) -> bool:
+    """Has a file this sha256? Hashed once in a process, until its size or time changes."""
+    stat = path.stat()
+    stamp = (stat.st_size, stat.st_mtime_ns, wanted)
+    if _proved.get(path) != stamp:
+        if sha256(path) != wanted:
+            return False
+        _proved[path] = stamp
+    return True
+
+
 def write(folder: Path, output: RecipeOutput, about: dict[str, Any]) -> dict[str, Any]:
     """Store a recipe's output in an empty folder, and return its manifest, which begins with `about`.
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from data_helpers import ENTRY, tiny_output, tiny_recipe
 
-from course_lib.notebook import _cache, _places, data
+from course_lib.notebook import _cache, _places, _stored, data
 from course_lib.notebook._errors import CannotWrite, DataDamaged, Refusal
 
 
@@ -108,7 +108,7 @@ def test_a_damaged_file_is_named_and_made_again(cache, capsys, monkeypatch, name
     (folder / name).unlink()
     if spoiled is not None:
         (folder / name).write_bytes(spoiled)
-    _cache._proved.clear()  # as in the next process
+    _stored._proved.clear()  # as in the next process
     with pytest.raises(DataDamaged, match=says):
         _cache.proved(folder, _cache.fingerprint(ENTRY, 7))
     np.testing.assert_array_equal(load().frames[1].color, good)
