@@ -24,24 +24,9 @@ from course_lib.camera.rgbd import find_encoding
 from course_lib.cloud.pointcloud import PointCloud
 from course_lib.notebook import _cache, _catalog, _real, _stored
 from course_lib.notebook._dataset import Dataset, Lazy, Parts, described, with_frames
-from course_lib.notebook._errors import CannotWrite, DataDamaged, DataMissing, NotHere, Refusal
-from course_lib.notebook._folder import from_folder
+from course_lib.notebook._errors import CannotWrite, DataDamaged, DataMissing, NotHere, Refusal  # noqa: F401 - to catch
+from course_lib.notebook._folder import from_folder  # noqa: F401 - a way to data, too
 from course_lib.surface.meshes import Mesh
-
-__all__ = [
-    "CannotWrite",
-    "DataDamaged",
-    "DataMissing",
-    "Dataset",
-    "NotHere",
-    "Refusal",
-    "available",
-    "describe",
-    "from_folder",
-    "load",
-    "names",
-    "prepare",
-]
 
 
 def names() -> list[str]:

@@ -15,24 +15,11 @@ from course_lib.cloud.pointcloud import PointCloud
 from course_lib.notebook._atomic import atomic_file
 from course_lib.notebook._errors import CannotWrite, Refusal, shown
 from course_lib.notebook._headers import Header, check_pcd, check_ply, check_xyz
-from course_lib.notebook._images import read_depth, read_image, there, write_depth, write_image
+from course_lib.notebook._images import read_depth, read_image, there, write_depth, write_image  # noqa: F401 - images, too
 from course_lib.surface.meshes import Mesh
 
 if TYPE_CHECKING:
     import open3d
-
-__all__ = [
-    "cloud_header",
-    "read_cloud",
-    "read_depth",
-    "read_image",
-    "read_mesh",
-    "read_organised",
-    "write_cloud",
-    "write_depth",
-    "write_image",
-    "write_mesh",
-]
 
 PARTS = ("positions", "colors", "normals", "labels")
 CLOUDS = {".ply": check_ply, ".pcd": check_pcd, ".xyz": check_xyz}
