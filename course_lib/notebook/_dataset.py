@@ -78,6 +78,11 @@ class _NoSuchKey(Refusal, KeyError):
     __str__ = ValueError.__str__
 
 
+def _held(part: str, words: str) -> Any:
+    """A property that gives a part of a dataset, or refuses in these words where it is not there."""
+    return property(lambda dataset: dataset._part(part, words))
+
+
 @dataclass(frozen=True, repr=False, eq=False)
 class Dataset:
     """A dataset: whatever it holds, in the course's types and units. Asking for what it lacks raises one sentence.
@@ -127,21 +132,14 @@ class Dataset:
             if value is not None and not (isinstance(value, (Parts, Lazy)) and not len(value))
         }
 
-    @property
-    def frames(self) -> Sequence[RGBDFrame]:
-        return self._part("frames", "frames")
-
-    @property
-    def encoding(self) -> DepthEncoding:
-        return self._part("encoding", "depth images, so no encoding")
-
-    @property
-    def camera(self) -> PinholeCamera:
-        return self._part("camera", "camera")
-
-    @property
-    def poses(self) -> list[np.ndarray]:
-        return self._part("poses", "poses")
+    frames = _held("frames", "frames")
+    encoding = _held("encoding", "depth images, so no encoding")
+    camera = _held("camera", "camera")
+    poses = _held("poses", "poses")
+    clouds = _held("clouds", "clouds")
+    meshes = _held("meshes", "meshes")
+    reference = _held("reference", "reference from another method")
+    parts = _held("parts", "parts")
 
     @property
     def cloud(self) -> PointCloud:
@@ -149,31 +147,15 @@ class Dataset:
         return clouds["cloud"] if "cloud" in clouds else clouds[next(iter(clouds))]
 
     @property
-    def clouds(self) -> Mapping[str, PointCloud]:
-        return self._part("clouds", "clouds")
-
-    @property
     def mesh(self) -> Mesh:
         meshes = self.meshes
         return meshes["surface"] if "surface" in meshes else meshes[next(iter(meshes))]
-
-    @property
-    def meshes(self) -> Mapping[str, Mesh]:
-        return self._part("meshes", "meshes")
 
     @property
     def truth(self) -> Mapping[str, Any]:
         if self.kind != "synthetic":
             raise NotHere(f"The dataset {self.name} was captured, so its truth is unknown: see its reference and card.")
         return self._part("truth", "truth")
-
-    @property
-    def reference(self) -> Mapping[str, Any]:
-        return self._part("reference", "reference from another method")
-
-    @property
-    def parts(self) -> Mapping[str, Dataset]:
-        return self._part("parts", "parts")
 
     def raw(self, index: int) -> tuple[np.ndarray, np.ndarray]:
         """Return colour (H, W, 3) uint8 RGB and depth (H, W) uint16 of a frame exactly as they are stored."""
