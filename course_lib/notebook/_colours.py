@@ -24,29 +24,22 @@ COLOURS: dict[str, str] = {
 }
 """What a class looks like in every picture of the course."""
 
-COLOUR_WORDS: dict[str, str] = {
-    "inlier": "blue",
-    "outlier": "vermilion",
-    "source": "orange",
-    "target": "blue",
-    "truth": "black",
-    "estimate": "pink",
-    "ours": "green",
-    "reference": "sky blue",
-    "surface": "grey",
-    "no data": "pale pink",
+_WORDS: dict[str, str] = {
+    "#0072B2": "blue",
+    "#E69F00": "orange",
+    "#009E73": "green",
+    "#CC79A7": "pink",
+    "#56B4E9": "sky blue",
+    "#D55E00": "vermilion",
+    "#000000": "black",
+    "#B8C4CE": "grey",
+    "#E3B7CF": "pale pink",
 }
+
+COLOUR_WORDS: dict[str, str] = {name: _WORDS[code] for name, code in COLOURS.items()}
 """The same colours in words, for the text description of a picture."""
 
-CYCLE: tuple[tuple[str, str], ...] = (
-    ("#0072B2", "blue"),
-    ("#E69F00", "orange"),
-    ("#009E73", "green"),
-    ("#CC79A7", "pink"),
-    ("#56B4E9", "sky blue"),
-    ("#D55E00", "vermilion"),
-    ("#000000", "black"),
-)
+CYCLE: tuple[tuple[str, str], ...] = tuple(_WORDS.items())[:7]
 """What things without a class of their own take, in this order; also the colour cycle of plots (see `show.style`)."""
 
 MAGNITUDES = "viridis"
