@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from course_lib.notebook import _colours as colours
-from course_lib.notebook._picture import INK, WIDTH
+from course_lib.notebook._picture import INK, WIDTH, blank, drawn
 from course_lib.notebook._scene import ColourBar
 from course_lib.notebook._views import View
 
@@ -65,9 +64,6 @@ def compose(
     title, legend, bar : of the whole picture; `extend` as in Matplotlib's colorbar.
     hint : a small line at the bottom.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     rows = [panels[i : i + columns] for i in range(0, len(panels), columns)]
     widths = [max(_width(row[k]) for row in rows if k < len(row)) for k in range(len(rows[0]))]
     labels = [LABEL_ROW if any(panel.label for panel in row) else 0 for row in rows]
@@ -77,8 +73,7 @@ def compose(
     bottom = (LEGEND_ROW if legend else 0) + (LABEL_ROW if hint else 0)
     width = sum(widths) + (len(widths) - 1) * GAP + (BAR_COLUMN if bar else 0) + 2 * GAP
     height = top + sum(heights) + sum(labels) + (len(rows) - 1) * GAP + bottom + GAP
-    figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, facecolor="white", layout="none")
-    canvas = FigureCanvasAgg(figure)
+    figure = blank(width, height, DPI)
 
     def place(left: float, up: float, wide: float, high: float):
         return figure.add_axes((left / width, 1 - (up + high) / height, wide / width, high / height))
@@ -114,8 +109,7 @@ def compose(
         _legend(figure, legend, (LABEL_ROW if hint else 0) / height)
     if hint:
         write(GAP, height - 6, hint, 7, va="bottom", style="italic")
-    canvas.draw()
-    return np.array(canvas.buffer_rgba())[..., :3]
+    return drawn(figure)
 
 
 def _width(panel: Panel) -> int:
@@ -143,12 +137,12 @@ def _colour_bar(axes, bar: ColourBar, extend: str) -> None:
     from matplotlib.colors import Normalize
 
     low, high = bar.limits
-    drawn = axes.figure.colorbar(
+    scale = axes.figure.colorbar(
         ScalarMappable(Normalize(low, high if high > low else low + 1e-6), bar.map), cax=axes, extend=extend
     )
-    drawn.set_label(bar.label, fontsize=9, color=INK)
-    drawn.ax.tick_params(labelsize=8, colors=INK)
-    drawn.outline.set_linewidth(0.4)
+    scale.set_label(bar.label, fontsize=9, color=INK)
+    scale.ax.tick_params(labelsize=8, colors=INK)
+    scale.outline.set_linewidth(0.4)
 
 
 def _scale_strip(axes, view: View) -> None:
@@ -182,11 +176,6 @@ def round_length(longest: float) -> float:
 def length_text(metres: float) -> str:
     """Write a round length: "50 cm"."""
     return f"{metres:g} m" if metres >= 1 else f"{metres * 100:g} cm" if metres >= 0.01 else f"{metres * 1000:g} mm"
-
-
-def no_data_entry() -> tuple[str, str]:
-    """The legend's entry for what was not measured."""
-    return "no data", colours.COLOURS["no data"]
 
 
 def fit_width(pixels: np.ndarray, width: int) -> np.ndarray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from course_lib.notebook._picture import blank, drawn
 from course_lib.notebook._scene import Layer
 from course_lib.notebook._views import View
 
@@ -18,11 +19,7 @@ def draw(layers: tuple[Layer, ...], views: list[View], point_size: float, cull: 
 
 
 def _draw(layers: tuple[Layer, ...], view: View, point_size: float, cull: bool) -> np.ndarray:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(view.width / DPI, view.height / DPI), dpi=DPI, facecolor="white", layout="none")
-    canvas = FigureCanvasAgg(figure)
+    figure = blank(view.width, view.height, DPI)
     axes = figure.add_axes((0, 0, 1, 1))
     axes.set_axis_off()
     axes.set_xlim(0, view.width)
@@ -36,8 +33,7 @@ def _draw(layers: tuple[Layer, ...], view: View, point_size: float, cull: bool) 
             for layer, (shapes, depth, colour) in zip(layers, primitives, strict=True):
                 inside = (depth >= near) & (depth < far)
                 _add(axes, layer.kind, shapes[inside], colour[inside], point_size, order)
-    canvas.draw()
-    return np.array(canvas.buffer_rgba())[..., :3]
+    return drawn(figure)
 
 
 def _primitives(layer: Layer, view: View, point_size: float, cull: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -63,9 +59,7 @@ def _primitives(layer: Layer, view: View, point_size: float, cull: bool) -> tupl
 
 def _in_front(pixels: np.ndarray, depth: np.ndarray, view: View, cell: float) -> np.ndarray:
     """Choose the nearest point of each small cell of the picture, far ones first: the others would be painted over."""
-    inside = np.flatnonzero(
-        np.isfinite(pixels).all(axis=1) & (pixels >= 0).all(axis=1) & (pixels < [view.width, view.height]).all(axis=1)
-    )
+    inside = np.flatnonzero(view.holds(pixels))
     nearest_first = inside[np.argsort(depth[inside], kind="stable")]
     cells = (pixels[nearest_first] // cell).astype(np.int64) @ [1, 1 << 20]
     _, first = np.unique(cells, return_index=True)

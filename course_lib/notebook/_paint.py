@@ -31,7 +31,6 @@ class Colouring:
     limits: tuple[float, float] | None = None
     signed: bool = False
     about: bool = False
-    digits: int = 3
 
 
 def _values(thing: Thing, colouring: Colouring, frame: str) -> tuple[np.ndarray, str] | None:

@@ -78,6 +78,22 @@ def picture_of(pixels: np.ndarray, alt: str, density: float = DENSITY) -> Pictur
     return Picture(_encode(pixels, width), alt, width)
 
 
+def blank(width: int, height: int, dpi: int) -> Figure:
+    """An empty white figure of so many pixels, apart from pyplot."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width / dpi, height / dpi), dpi=dpi, facecolor="white", layout="none")
+
+
+def drawn(fig: Figure) -> np.ndarray:
+    """The pixels of a figure: (H, W, 3) uint8."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    canvas = FigureCanvasAgg(fig)
+    canvas.draw()
+    return np.array(canvas.buffer_rgba())[..., :3]
+
+
 def check_alt(alt: str) -> None:
     """Refuse a description without a number in it."""
     if not isinstance(alt, str) or not any(letter.isdigit() for letter in alt):
@@ -102,7 +118,6 @@ def picture(fig: Figure, alt: str, dpi: int = 200) -> Picture:
         If an axes is empty, or the alt text has no number.
     """
     from matplotlib import pyplot
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     try:
         check_alt(alt)
@@ -110,10 +125,9 @@ def picture(fig: Figure, alt: str, dpi: int = 200) -> Picture:
             if axes.images:  # the style's grid is for plots
                 axes.grid(False)
         fig.set_dpi(dpi)
-        canvas = FigureCanvasAgg(fig)
-        canvas.draw()
+        pixels = drawn(fig)
         _check_axes(fig)
-        return picture_of(np.asarray(canvas.buffer_rgba())[..., :3], alt, density=dpi / 100)
+        return picture_of(pixels, alt, density=dpi / 100)
     finally:
         pyplot.close(fig)
 

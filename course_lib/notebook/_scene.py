@@ -14,7 +14,7 @@ from course_lib.notebook import _colours as colours
 from course_lib.notebook._paint import ColourBar, Colouring, common_limits, paint
 from course_lib.notebook._things import Thing, recognise
 from course_lib.notebook._views import guess_frame
-from course_lib.notebook._words import amount, count, number, sentence_list
+from course_lib.notebook._words import amount, count, number
 
 MOST_POINTS = 400_000
 """More points than this are thinned for the picture (never in the data), and the text says so."""
@@ -88,16 +88,16 @@ def build(things: tuple, colouring: Colouring, frame: str | None = None) -> Scen
     return Scene(tuple(layers), frame, text, tuple(legend), bars[0] if bars else None, sensor)
 
 
-def extent_text(points: np.ndarray, digits: int = 3) -> str:
+def extent_text(points: np.ndarray, digits: int) -> str:
     """Say how large (N, 3) points are: "0.156 × 0.154 × 0.119 m (x × y × z)"."""
     sides = points.max(axis=0) - points.min(axis=0)
     return " × ".join(number(float(side), digits) for side in sides) + " m (x × y × z)"
 
 
 def _layer(thing: Thing, rgb: np.ndarray, words: str, colouring: Colouring, known: list[Thing]) -> Layer:
-    digits = 2 if colouring.about else colouring.digits
-    name = f" '{thing.name}'" if thing.name else ""
     about = colouring.about
+    digits = 2 if about else 3
+    name = f" '{thing.name}'" if thing.name else ""
     if thing.kind == "trajectory":
         steps = np.linalg.norm(np.diff(thing.points, axis=0), axis=1).sum()
         size = _size([other.points for other in known])
@@ -141,8 +141,3 @@ def _frusta(poses: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:
         lines.append(edges + start)
         start += len(corners)
     return np.concatenate(points), np.concatenate(lines)
-
-
-def views_text(names: list[str], words: dict[str, str]) -> str:
-    """Say where a picture looks from."""
-    return f"Seen from {sentence_list([words[name] for name in names])}."

@@ -87,6 +87,10 @@ class View:
             plane = plane / ahead[:, None] / self.scale * (self.height / 2)
         return plane + [self.width / 2, self.height / 2], depth
 
+    def holds(self, pixels: np.ndarray) -> np.ndarray:
+        """(N,) bool: which of (N, 2) pixels lie in the picture."""
+        return (np.isfinite(pixels) & (pixels >= 0) & (pixels < [self.width, self.height])).all(axis=1)
+
     @property
     def pixels_per_metre(self) -> float | None:
         """Of a parallel view, where a scale bar is true; None from a sensor."""

@@ -16,19 +16,16 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from IPython import get_ipython
 
 from course_lib.notebook import _colours, lessons
-from course_lib.notebook._depth import depth_picture, frames_picture
-from course_lib.notebook._paint import Colouring
-from course_lib.notebook._panels import draw_scenes
+from course_lib.notebook._panels import How, draw_scenes
 from course_lib.notebook._picture import Picture, picture
 from course_lib.notebook._probe import rendering
-from course_lib.notebook._rows import Scale, images_picture
-from course_lib.notebook._scene import Scene, build, views_text
-from course_lib.notebook._views import FRAMES, VIEW_WORDS, View, look
+from course_lib.notebook._rows import Scale, depth_picture, frames_picture, images_picture
 from course_lib.notebook._words import number
 from course_lib.notebook.report import Table, display_object
 
@@ -91,37 +88,16 @@ class Show:
         """
         if things and view is None and views is None and not interactive and all(map(_is_frame, things)):
             return frames_picture(list(things), title, alt)
-        colouring = Colouring(color, label, unit, limits, signed, about)
-        scene = build(things, colouring, _known_frame(frame))
+        how = How(color, label, unit, limits, signed, about, title, view, frame, size, zoom, cull, alt)
+        scene = how.scene(*things)
         if interactive:
             from course_lib.notebook._interactive import turnable
 
             return turnable(scene, title)
-        names = list(views) if views is not None else [view if view is not None else _first_view(scene)]
-        looks = [look(name, scene.points, scene.frame, scene.sensor) for name in names]
-        labels = [_view_label(one) for one in looks] if len(looks) > 1 else [""]
-        text = f"{scene.text} {views_text([one.name for one in looks], VIEW_WORDS)}"
-        return draw_scenes([scene] * len(looks), looks, labels, title, size, zoom, cull, None, text, alt)
+        names = list(views) if views is not None else [how.view_of(scene)]
+        return draw_scenes([scene] * len(names), names, [], how, None, scene.text)
 
-    def panels(
-        self,
-        things: Mapping[str, object],
-        *,
-        title: str = "",
-        view: object = None,
-        frame: str | None = None,
-        color: object = None,
-        label: str = "",
-        unit: str = "",
-        limits: tuple[float, float] | None = None,
-        signed: bool = False,
-        size: float | None = None,
-        zoom: float = 1.0,
-        cull: bool = False,
-        about: bool = False,
-        columns: int | None = None,
-        alt: str = "",
-    ) -> Picture:
+    def panels(self, things: Mapping[str, object], *, columns: int | None = None, **how: object) -> Picture:
         """Show different things from the same view, side by side and at the same scale.
 
         Parameters
@@ -130,21 +106,19 @@ class Show:
         columns : panels in a row.
         title, view, frame, color, label, unit, limits, signed, size, zoom, cull, about, alt : as in `show`.
         """
+        unknown = [name for name in how if name not in How.__dataclass_fields__]
+        if unknown:
+            raise TypeError(f"Show.panels() got an unexpected keyword argument {unknown[0]!r}")
         if not things:
             raise ValueError("show.panels needs at least one thing: pass {'label': cloud}.")
-        colouring = Colouring(color, label, unit, limits, signed, about)
-        scenes = [build(_several(thing), colouring, _known_frame(frame)) for thing in things.values()]
-        if limits is None and all(scene.bar is not None for scene in scenes):
+        how = How(**how)
+        scenes = [how.scene(*_several(thing)) for thing in things.values()]
+        if how.limits is None and all(scene.bar is not None for scene in scenes):
             low, high = min(s.bar.limits[0] for s in scenes), max(s.bar.limits[1] for s in scenes)
-            colouring = Colouring(color, label, unit, (low, high), signed, about)
-            scenes = [build(_several(thing), colouring, _known_frame(frame)) for thing in things.values()]
-        looks = [
-            look(view if view is not None else _first_view(scenes[0]), scene.points, scene.frame, scene.sensor)
-            for scene in scenes
-        ]
-        parts = [f"{name}: {scene.text}" for name, scene in zip(things, scenes, strict=True)]
-        text = " ".join([*parts, views_text([looks[0].name], VIEW_WORDS)])
-        return draw_scenes(scenes, looks, list(things), title, size, zoom, cull, columns, text, alt)
+            how = replace(how, limits=(low, high))
+            scenes = [how.scene(*_several(thing)) for thing in things.values()]
+        text = " ".join(f"{name}: {scene.text}" for name, scene in zip(things, scenes, strict=True))
+        return draw_scenes(scenes, [how.view_of(scenes[0])] * len(scenes), list(things), how, columns, text)
 
     def depth(
         self,
@@ -271,20 +245,6 @@ def _several(thing: object) -> tuple:
     """Several things of one panel, or one thing."""
     poses = isinstance(thing, list) and all(not isinstance(one, tuple) and np.shape(one) == (4, 4) for one in thing)
     return tuple(thing) if isinstance(thing, list) and not poses else (thing,)
-
-
-def _known_frame(frame: str | None) -> str | None:
-    if frame is not None and frame not in FRAMES:
-        raise ValueError(f"There is no frame {frame!r}: use 'camera' (y down), 'world' (z up) or 'object' (y up).")
-    return frame
-
-
-def _first_view(scene: Scene) -> str:
-    return {"camera": "camera", "world": "iso", "object": "front"}[scene.frame]
-
-
-def _view_label(view: View) -> str:
-    return "sensor" if view.name == "camera" else view.name
 
 
 show = Show()
