@@ -8,9 +8,9 @@ import sys
 
 import click
 
-from course_lib.authoring.tree import CourseError, nearest
+from course_lib.authoring.tree import CourseError
 from course_lib.launch.bootstrap.verbs import VERBS
-from course_lib.notebook._errors import Refusal
+from course_lib.notebook._errors import Refusal, nearest
 
 __all__ = ["main"]
 
@@ -58,7 +58,7 @@ def main(args: list[str] | None = None) -> None:
     """Run one verb; what a person can mend is said in one sentence."""
     try:
         course.main(args, prog_name="python3 course.py")
-    except (CourseError, Refusal) as error:
+    except Refusal as error:
         click.echo(f"{error}", err=True)
         sys.exit(1)
 

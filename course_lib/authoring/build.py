@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import copy
-import importlib
 import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from nbformat import NotebookNode
 
-from course_lib.authoring.needed_data import prepare_data
+from course_lib.notebook._errors import Refusal
 
 from . import notebooks as nbs
+from . import stubs
 from .gates import findings
 from .generated import stale, write_generated
 from .kernels import CellFailed, execute
 from .lesson_files import lacking
+from .needed_data import prepare_data
 from .outputs import keep_unchanged
 from .tree import CourseError, Source, Tree
 
@@ -28,31 +29,22 @@ def exercise_from(solution: NotebookNode) -> NotebookNode:
 
     Cells keep the ids of the solution, so that an answer can be found again.
     """
-    cells: list[NotebookNode] = []
-    ids: list[str] = []
-    task: nbs.TaskHeading | None = None
-    for cell in solution.cells:
-        cell = copy.deepcopy(cell)
-        name = cell.id
+    cells = copy.deepcopy(solution.cells)
+    for cell, task in nbs.with_tasks(cells):
+        if cell.cell_type != "code":
+            continue
         tags = nbs.cell_tags(cell)
-        if cell.cell_type == "markdown":
-            task = nbs.task_heading(cell.source) or task
-        if cell.cell_type == "code":
-            if "expected" not in tags:
-                cell.outputs = []
-            cell.execution_count = None
-            for output in cell.outputs:
-                output.pop("execution_count", None)
-                if output.output_type == "execute_result":
-                    output.execution_count = None
-            if "task" in tags:
-                if task is None:
-                    raise CourseError(f"the task cell {name} stands before any heading `## Task N — title (P points)`.")
-                stubs = importlib.import_module("course_lib.authoring.stubs")
-                cell.source = stubs.exercise_source(cell.source, task.number, task.title, task.number <= KEPT_PLANS)
-        cells.append(cell)
-        ids.append(name)
-    return nbs.notebook_of(cells, ids)
+        if "expected" not in tags:
+            cell.outputs = []
+        cell.execution_count = None
+        for output in cell.outputs:
+            if output.output_type == "execute_result":
+                output.execution_count = None
+        if "task" in tags:
+            if task is None:
+                raise CourseError(f"the task cell {cell.id} stands before any heading `## Task N — title (P points)`.")
+            cell.source = stubs.exercise_source(cell.source, task.number, task.title, task.number <= KEPT_PLANS)
+    return nbs.notebook_of(cells)
 
 
 def _old(path: Path) -> NotebookNode | None:
@@ -165,40 +157,35 @@ def check_agreement(source: Source, tree: Tree) -> list[str]:
     wanted = nbs.read_source(source.path)
     mend = f"mend: python3 course.py build {source.name}"
     found: list[tuple[Path, str]] = []
-    stored: NotebookNode | None = None
+    path = source.notebook
     try:
-        stored = nbs.read_notebook(source.notebook)
-        found += [(source.notebook, line) for line in _differences(stored, wanted) + _never_run(stored)]
-        found += _not_canonical(source.notebook, stored)
-    except CourseError as error:
-        found.append((source.notebook, str(error).rstrip(".")))
-    if source.exercise is not None and stored is not None:
-        try:
-            exercise = nbs.read_notebook(source.exercise)
-            given = exercise_from(stored if not found else wanted)
+        stored = nbs.read_notebook(path)
+        lines = _differences(stored, wanted) + _never_run(stored) + _not_canonical(path, stored)
+        found += [(path, line) for line in lines]
+        if source.exercise is not None:
+            path = source.exercise
+            exercise, given = nbs.read_notebook(path), exercise_from(wanted if found else stored)
             lines = _differences(exercise, given)
             if not lines and not found and exercise != given:
                 lines = ["has outputs that are not those of its solution's `expected` cells"]
-            found += [(source.exercise, line) for line in lines]
-            found += _not_canonical(source.exercise, exercise)
-        except CourseError as error:
-            found.append((source.exercise, str(error).rstrip(".")))
+            found += [(path, line) for line in lines + _not_canonical(path, exercise)]
+    except CourseError as error:
+        found.append((path, str(error).rstrip(".")))
     return [f"{tree.relative(path)}: {line}; {mend}" for path, line in found]
 
 
-def _not_canonical(path: Path, nb: NotebookNode) -> list[tuple[Path, str]]:
-    same = path.read_bytes() == nbs.as_bytes(nb)
-    return [] if same else [(path, "is not stored as build stores it")]
+def _not_canonical(path: Path, nb: NotebookNode) -> list[str]:
+    return [] if path.read_bytes() == nbs.as_bytes(nb) else ["is not stored as build stores it"]
 
 
 def orphans(tree: Tree) -> list[str]:
     """Notebooks that no source gives."""
     known = {path.resolve() for source in tree.sources() for path in source.notebooks}
     folders = (tree.lessons_folder, tree.solutions_folder, tree.exercises_folder)
-    stored = [path for folder in folders for path in sorted(folder.glob("*.ipynb"))]
     return [
         f"{tree.relative(path)}: no source gives this notebook; mend: delete it, or write its source"
-        for path in stored
+        for folder in folders
+        for path in sorted(folder.glob("*.ipynb"))
         if path.resolve() not in known
     ]
 
@@ -220,7 +207,7 @@ def build_all(names: Iterable[str], kind: str | None, tree: Tree, say: Callable[
         say(tree.relative(source.path))
         try:
             changed = build(source, tree, say)
-        except CourseError as error:
+        except Refusal as error:
             say(f"  {error}")
             failed += 1
             continue

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from nbformat import NotebookNode
@@ -77,6 +78,7 @@ def _words(markdown: str) -> int:
 
 
 def _reading_minutes(parts: list[Part]) -> float:
+    """150 words a minute, 1 minute a code cell that is shown, 1 a figure."""
     cells = [cell for part in parts for cell in part.code if "hide-input" not in nbs.cell_tags(cell)]
     words = sum(_words(part.heading) + _words(part.prose) for part in parts)
     return words / WORDS_A_MINUTE + len(cells) + sum(part.figures for part in parts)
@@ -88,11 +90,6 @@ def _core(parts: list[Part]) -> list[Part]:
     return parts[: names.index(END) + 1] if END in names else parts
 
 
-def lesson_minutes(nb: NotebookNode) -> float:
-    """Minutes for the core of a lesson: 150 words a minute, 1 minute a code cell that is shown, 1 a figure."""
-    return _reading_minutes(_core(parts_of(nb)))
-
-
 def _solution_lines(source: str) -> int:
     """Lines of code that a learner writes in a task's cell."""
     blocks = re.findall(r"# BEGIN SOLUTION\n(.*?)(?=# INSTEAD|# END SOLUTION)", source, flags=re.S)
@@ -100,9 +97,8 @@ def _solution_lines(source: str) -> int:
     return sum(bool(line) and not line.startswith("#") for line in lines)
 
 
-def lab_minutes(solution: NotebookNode) -> float:
+def _lab_minutes(parts: list[Part]) -> float:
     """Minutes for a lab, from its solution: reading as in a lesson, 3 minutes a task, half a minute a line of it."""
-    parts = _core(parts_of(solution))
     tasks = [cell for part in parts for cell in part.code if "task" in nbs.cell_tags(cell)]
     writing = sum(TASK_MINUTES + SOLUTION_LINE_MINUTES * _solution_lines(cell.source) for cell in tasks)
     checks = sum("check" in nbs.cell_tags(cell) for part in parts for cell in part.code)
@@ -121,74 +117,71 @@ def _key_points(prose: str) -> int:
     return len(re.findall(r"^(?:[-*+]|\d+[.)])\s", before, flags=re.M))
 
 
-def _title(parts: list[Part], wanted: str) -> list[str]:
-    first = parts[0].heading if parts else ""
-    return [] if re.fullmatch(rf"# {wanted}\s+\S.*", first) else [f"it must start with the heading `# {wanted} Title`"]
+def _title(parts: list[Part], wanted: str) -> Iterator[str]:
+    if not re.fullmatch(rf"# {wanted}\s+\S.*", parts[0].heading if parts else ""):
+        yield f"it must start with the heading `# {wanted} Title`"
 
 
-def _order(parts: list[Part]) -> list[str]:
+def _order(parts: list[Part]) -> Iterator[str]:
     """Which headings of the frame are missing, out of order, or unknown."""
     names = [part.heading for part in parts[1:]]
     sections = [part.number for part in parts if part.number is not None]
     wanted = ["Card", "sections", *CORE, AFTER]
     present = ["sections" if part.number is not None else part.heading for part in parts[1:]]
     present = [name for n, name in enumerate(present) if n == 0 or name != "sections" or present[n - 1] != "sections"]
-    found = [f"the part `## {name}` is missing" for name in wanted if name not in present]
-    found += [f"`## {name}` is no part of a lesson's frame" for name in dict.fromkeys(present) if name not in wanted]
+    yield from (f"the part `## {name}` is missing" for name in wanted if name not in present)
+    unknown = dict.fromkeys(name for name in present if name not in wanted)
+    yield from (f"`## {name}` is no part of a lesson's frame" for name in unknown)
     known = [name for name in present if name in wanted]
     if known != sorted(known, key=wanted.index) or len(set(known)) != len(known):
-        found.append(f"its parts are out of order: {', '.join(names)}")
+        yield f"its parts are out of order: {', '.join(names)}"
     if sections != list(range(1, len(sections) + 1)):
-        found.append(f"its sections are numbered {sections}")
-    return found
+        yield f"its sections are numbered {sections}"
 
 
-def _start_frame(parts: list[Part], core: list[Part]) -> list[str]:
+def _start_frame(parts: list[Part], core: list[Part]) -> Iterator[str]:
     """Lesson 00 has fewer parts and tighter limits."""
     names = [part.heading for part in parts]
     present = ["sections" if part.number is not None else part.heading for part in parts]
-    places = [present.index(name) for name in ("Card", "sections", "Key points", END) if name in present]
-    missing = [name for name in ("Card", "sections", "Key points", END) if name not in present]
-    found = [f"the part `## {name}` is missing" for name in missing]
+    wanted = ("Card", "sections", "Key points", END)
+    yield from (f"the part `## {name}` is missing" for name in wanted if name not in present)
+    places = [present.index(name) for name in wanted if name in present]
     if places != sorted(places):
-        found.append(f"its parts are out of order: {', '.join(names[1:])}")
+        yield f"its parts are out of order: {', '.join(names[1:])}"
     cells = sum(len(part.code) for part in core)
     if cells > START_CODE_CELLS:
-        found.append(f"{cells} code cells, more than {START_CODE_CELLS}")
+        yield f"{cells} code cells, more than {START_CODE_CELLS}"
     terms = list(dict.fromkeys(term for part in core if part.number is not None for term in _terms(part.prose)))
     if len(terms) > START_TERMS:
-        found.append(f"{len(terms)} new words, more than {START_TERMS}: {', '.join(terms)}")
-    return found
+        yield f"{len(terms)} new words, more than {START_TERMS}: {', '.join(terms)}"
 
 
-def _content(parts: list[Part], core: list[Part]) -> list[str]:
+def _content(core: list[Part]) -> Iterator[str]:
     """What every full lesson asks of its reader, and its limits."""
-    found = []
     cells = [cell for part in core for cell in part.code]
     if len(cells) > MOST_CODE_CELLS:
-        found.append(f"{len(cells)} code cells in the core, more than {MOST_CODE_CELLS}")
+        yield f"{len(cells)} code cells in the core, more than {MOST_CODE_CELLS}"
     numbered = [part for part in core if part.number is not None]
     if len(numbered) > MOST_SECTIONS:
-        found.append(f"{len(numbered)} sections, more than {MOST_SECTIONS}")
+        yield f"{len(numbered)} sections, more than {MOST_SECTIONS}"
     for part in numbered:
         terms = _terms(part.prose)
         if len(terms) > MOST_TERMS:
             which = ", ".join(terms)
-            found.append(f"section {part.number} has {len(terms)} new terms, more than {MOST_TERMS}: {which}")
+            yield f"section {part.number} has {len(terms)} new terms, more than {MOST_TERMS}: {which}"
     asking = [cell for cell in cells if _PREDICT.search(cell.source)]
     if not asking:
-        found.append("no predict(...) prompt in the core")
+        yield "no predict(...) prompt in the core"
     if any("prediction" not in nbs.cell_tags(cell) for cell in asking):
-        found.append("a predict(...) cell is not tagged prediction")
+        yield "a predict(...) cell is not tagged prediction"
     after_card = [part for part in core[1:] if part.heading != "Card"]
     if not any(_CONCEPT.search(part.prose) for part in after_card):
-        found.append("no concept question (choices, and a folded answer whose summary says Vote or Answer)")
+        yield "no concept question (choices, and a folded answer whose summary says Vote or Answer)"
     if not any(_REPORT.search(cell.source) for part in numbered for cell in part.code):
-        found.append("no report(...) number in its sections")
-    return found
+        yield "no report(...) number in its sections"
 
 
-def lesson_frame(nb: NotebookNode, name: str) -> list[str]:
+def lesson_frame(nb: NotebookNode, name: str) -> Iterator[str]:
     """What a lesson lacks or has too much of, one line each.
 
     Parameters
@@ -198,65 +191,64 @@ def lesson_frame(nb: NotebookNode, name: str) -> list[str]:
     """
     parts = parts_of(nb)
     core = _core(parts)
-    found = _title(parts, name[:2])
+    yield from _title(parts, name[:2])
     if not parts[0].figures:
-        found.append("no picture between its title and its card")
-    found += _start_frame(parts, core) if name[:2] == "00" else _order(parts) + _content(parts, core)
-    found += [
-        f"{points} key points, more than {MOST_KEY_POINTS}"
-        for part in core
-        if part.heading == "Key points" and (points := _key_points(part.prose)) > MOST_KEY_POINTS
-    ]
-    minutes = lesson_minutes(nb)
+        yield "no picture between its title and its card"
+    if name[:2] == "00":
+        yield from _start_frame(parts, core)
+    else:
+        yield from _order(parts)
+        yield from _content(core)
+    for part in core:
+        if part.heading == "Key points" and (points := _key_points(part.prose)) > MOST_KEY_POINTS:
+            yield f"{points} key points, more than {MOST_KEY_POINTS}"
+    minutes = _reading_minutes(core)
     if minutes > LESSON_MINUTES:
-        found.append(f"{math.ceil(minutes)} minutes for the core, more than {LESSON_MINUTES}")
-    return found
+        yield f"{math.ceil(minutes)} minutes for the core, more than {LESSON_MINUTES}"
 
 
-def _task_findings(part: Part, number: int, lab: str, exercise: bool) -> list[str]:
+def _task_findings(part: Part, number: int, lab: str, exercise: bool) -> Iterator[str]:
     heading = nbs.task_heading(f"## {part.heading}")
     if heading is None:
-        return [f"`## {part.heading}` must read `## Task N — title (P points)`"]
-    found = []
+        yield f"`## {part.heading}` must read `## Task N — title (P points)`"
+        return
     if heading.number != number:
-        found.append(f"task {heading.number} stands where task {number} belongs")
+        yield f"task {heading.number} stands where task {number} belongs"
     task = [cell for cell in part.code if "task" in nbs.cell_tags(cell)]
     checks = [n for n, cell in enumerate(part.code) if "check" in nbs.cell_tags(cell)]
     if len(task) != 1:
-        found.append(f"task {heading.number} has {len(task)} cells tagged task, not one")
+        yield f"task {heading.number} has {len(task)} cells tagged task, not one"
     if len(checks) != 1:
-        found.append(f"task {heading.number} has {len(checks)} cells tagged check, not one")
+        yield f"task {heading.number} has {len(checks)} cells tagged check, not one"
     elif f'check("{lab}-{heading.number}"' not in part.code[checks[0]].source:
-        found.append(f'the check of task {heading.number} must call check("{lab}-{heading.number}", …)')
+        yield f'the check of task {heading.number} must call check("{lab}-{heading.number}", …)'
     elif task and part.code.index(task[0]) > checks[0]:
-        found.append(f"the check of task {heading.number} stands before its cell")
+        yield f"the check of task {heading.number} stands before its cell"
     hints = [int(hint) for hint, _ in _HINT.findall(part.prose)]
     if len(hints) < FEWEST_HINTS:
-        found.append(f"task {heading.number} has {len(hints)} hints, fewer than {FEWEST_HINTS}")
+        yield f"task {heading.number} has {len(hints)} hints, fewer than {FEWEST_HINTS}"
     if hints != list(range(1, len(hints) + 1)):
-        found.append(f"the hints of task {heading.number} are numbered {hints}")
+        yield f"the hints of task {heading.number} are numbered {hints}"
     for cell in task if exercise else ():
         if f'NotImplementedError("Task {heading.number}:' not in cell.source:
-            found.append(f"the stub of task {heading.number} does not raise its NotImplementedError")
+            yield f"the stub of task {heading.number} does not raise its NotImplementedError"
         if re.search(r"#\s*(?:BEGIN SOLUTION|END SOLUTION|INSTEAD)\b|#\|", cell.source):
-            found.append(f"the stub of task {heading.number} still holds markers of its solution")
-    return found
+            yield f"the stub of task {heading.number} still holds markers of its solution"
 
 
-def lab_frame(nb: NotebookNode, name: str, exercise: bool) -> list[str]:
+def lab_frame(nb: NotebookNode, name: str, exercise: bool) -> Iterator[str]:
     """What a lab's solution or exercise lacks or has too much of, one line each."""
     parts = parts_of(nb)
     lab = name[:2]
-    found = _title(parts, f"Lab {lab}")
+    yield from _title(parts, f"Lab {lab}")
     tasks = [part for part in parts if re.match(r"Task\b", part.heading)]
     if lab != "00" and not FEWEST_TASKS <= len(tasks) <= MOST_TASKS:
-        found.append(f"{len(tasks)} tasks: a lab has {FEWEST_TASKS} to {MOST_TASKS}")
+        yield f"{len(tasks)} tasks: a lab has {FEWEST_TASKS} to {MOST_TASKS}"
     for number, part in enumerate(tasks, start=1):
-        found += _task_findings(part, number, lab, exercise)
+        yield from _task_findings(part, number, lab, exercise)
     elsewhere = [cell for part in parts if part not in tasks for cell in part.code]
     stray = [cell for cell in elsewhere if {"task", "check"} & set(nbs.cell_tags(cell))]
     if stray:
-        found.append(f"{len(stray)} task or check cells stand under no task's heading")
-    if not exercise and (minutes := lab_minutes(nb)) > LAB_MINUTES:
-        found.append(f"{math.ceil(minutes)} minutes, more than {LAB_MINUTES}")
-    return found
+        yield f"{len(stray)} task or check cells stand under no task's heading"
+    if not exercise and (minutes := _lab_minutes(_core(parts))) > LAB_MINUTES:
+        yield f"{math.ceil(minutes)} minutes, more than {LAB_MINUTES}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -83,9 +83,8 @@ def _allowed(cell: NotebookNode, what: str) -> bool:
     return re.search(rf"(?:#|<!--)\s*allow {re.escape(what)}:\s*\w", cell.source) is not None
 
 
-def pictures(checked: Checked) -> list[str]:
+def pictures(checked: Checked) -> Iterator[str]:
     """A picture that shows nothing."""
-    found = []
     for n, cell in checked.code():
         for output in cell.outputs:
             for kind in ("image/png", "image/jpeg"):
@@ -94,8 +93,8 @@ def pictures(checked: Checked) -> list[str]:
                         lacks = what_is_empty(decode_png(output.data[kind]))
                     except ValueError as error:
                         lacks = str(error)
-                    found += [checked.at(n, lacks)] if lacks else []
-    return found
+                    if lacks:
+                        yield checked.at(n, lacks)
 
 
 def _literals(source: str) -> set[str]:
@@ -107,9 +106,8 @@ def _literals(source: str) -> set[str]:
     return {node.value.strip() for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)}
 
 
-def alt_texts(checked: Checked) -> list[str]:
+def alt_texts(checked: Checked) -> Iterator[str]:
     """A picture without a description, or with one in which nothing was computed."""
-    found = []
     for n, cell in checked.code():
         for output in cell.outputs:
             for kind in output.get("data", {}):
@@ -118,16 +116,15 @@ def alt_texts(checked: Checked) -> list[str]:
                 about = output.metadata.get(kind, {})
                 alt = about.get("alt", "") if isinstance(about, dict) else ""
                 if not alt.strip():
-                    found.append(checked.at(n, "its picture has no alt text: return show(...) or picture(fig, alt)"))
+                    yield checked.at(n, "its picture has no alt text: return show(...) or picture(fig, alt)")
                 elif not re.search(r"\d", alt):
-                    found.append(checked.at(n, f"its alt text has no number: {alt[:60]!r}"))
+                    yield checked.at(n, f"its alt text has no number: {alt[:60]!r}")
                 elif alt.strip() in _literals(cell.source):
-                    found.append(checked.at(n, f"its alt text is typed, not computed: {alt[:60]!r}"))
+                    yield checked.at(n, f"its alt text is typed, not computed: {alt[:60]!r}")
         html = "\n".join(o.data["text/html"] for o in cell.outputs if "text/html" in o.get("data", {}))
-        found += [checked.at(n, f"its HTML has an image without alt text: {tag}") for tag in images_without_alt(html)]
+        yield from (checked.at(n, f"its HTML has an image without alt text: {t}") for t in images_without_alt(html))
     for n, cell in checked.prose():
-        found += [checked.at(n, f"image without alt text: {image}") for image in images_without_alt(cell.source)]
-    return found
+        yield from (checked.at(n, f"image without alt text: {image}") for image in images_without_alt(cell.source))
 
 
 def noise(checked: Checked) -> list[str]:
@@ -149,11 +146,10 @@ def noise(checked: Checked) -> list[str]:
     return list(dict.fromkeys(found))
 
 
-def paths(checked: Checked) -> list[str]:
+def paths(checked: Checked) -> Iterator[str]:
     """A path of the machine that built it."""
     own = [str(checked.tree.root.resolve()), str(Path.home())]
     own = [place for place in own if len(place) > 5]
-    found = []
     for n, cell in enumerate(checked.nb.cells):
         texts = [cell.source, *(_texts(cell) if cell.cell_type == "code" else ())]
         for text in texts:
@@ -164,71 +160,62 @@ def paths(checked: Checked) -> list[str]:
                 else next((place for place in own if place in text), None)
             )
             if place:
-                found.append(checked.at(n, f"an absolute path: {place}"))
+                yield checked.at(n, f"an absolute path: {place}")
                 break
-    return found
 
 
-def errors(checked: Checked) -> list[str]:
+def errors(checked: Checked) -> Iterator[str]:
     """An error that is not declared, or a declared one that does not come."""
-    found = []
     for n, cell in checked.code():
         raised = [output.ename for output in cell.outputs if output.output_type == "error"]
         declared = "raises-exception" in nbs.cell_tags(cell)
         if raised and not declared:
-            found.append(checked.at(n, f"it ends in {raised[0]} and is not tagged raises-exception"))
+            yield checked.at(n, f"it ends in {raised[0]} and is not tagged raises-exception")
         if declared and not raised and checked.kind != "exercise":
-            found.append(checked.at(n, "it is tagged raises-exception and raises nothing"))
-    return found
+            yield checked.at(n, "it is tagged raises-exception and raises nothing")
 
 
-def size(checked: Checked) -> list[str]:
+def size(checked: Checked) -> Iterator[str]:
     """Too big a file."""
     stored = checked.path.stat().st_size
-    return [f"{checked.name}: {stored / 1e6:.2f} MB, more than 1.2 MB"] if stored > MOST_BYTES else []
+    if stored > MOST_BYTES:
+        yield f"{checked.name}: {stored / 1e6:.2f} MB, more than 1.2 MB"
 
 
-def executed(checked: Checked) -> list[str]:
+def executed(checked: Checked) -> Iterator[str]:
     """A cell that nbval would pass over: never run, or told not to be compared."""
-    found = []
     for n, cell in checked.code():
         if checked.kind != "exercise" and cell.execution_count is None:
-            found.append(checked.at(n, "it was never executed"))
+            yield checked.at(n, "it was never executed")
         if checked.kind == "exercise" and cell.outputs and "expected" not in nbs.cell_tags(cell):
-            found.append(checked.at(n, "an exercise keeps outputs only in cells tagged expected"))
+            yield checked.at(n, "an exercise keeps outputs only in cells tagged expected")
         hidden = [tag for tag in nbs.cell_tags(cell) if tag.startswith("nbval")]
         if _NBVAL.search(cell.source) or hidden:
-            found.append(checked.at(n, "it tells nbval not to compare it"))
-    return found
+            yield checked.at(n, "it tells nbval not to compare it")
 
 
-def real_data(checked: Checked) -> list[str]:
+def real_data(checked: Checked) -> Iterator[str]:
     """The tag real-data without the line that names the datasets, or the line without the tag."""
-    found = []
     for n, cell in checked.code():
         names, tagged = nbs.real_datasets(cell.source), "real-data" in nbs.cell_tags(cell)
         if tagged and not names:
-            found.append(checked.at(n, "it is tagged real-data: its first line must be `# real data: NAME`"))
+            yield checked.at(n, "it is tagged real-data: its first line must be `# real data: NAME`")
         if names and not tagged:
-            found.append(checked.at(n, f"it needs {', '.join(names)}: tag it real-data"))
-    return found
+            yield checked.at(n, f"it needs {', '.join(names)}: tag it real-data")
 
 
-def links(checked: Checked) -> list[str]:
+def links(checked: Checked) -> Iterator[str]:
     """A link or an image that leads nowhere."""
     own = anchors("\n\n".join(cell.source for _, cell in checked.prose()))
-    return [
-        checked.at(n, f"dead link: {to}")
-        for n, cell in checked.prose()
-        for to in dead_links(cell.source, checked.path.parent, own)
-    ]
+    for n, cell in checked.prose():
+        for to in dead_links(cell.source, checked.path.parent, own):
+            yield checked.at(n, f"dead link: {to}")
 
 
-def typed_numbers(checked: Checked) -> list[str]:
+def typed_numbers(checked: Checked) -> Iterator[str]:
     """A measured number typed into a lesson's prose: three digits or more and a unit, outside tables and formulas."""
     if checked.kind != "lesson":
-        return []
-    found = []
+        return
     for n, cell in checked.prose():
         if _allowed(cell, "typed number"):
             continue
@@ -236,40 +223,24 @@ def typed_numbers(checked: Checked) -> list[str]:
             digits = match["number"].replace(",", "")
             digits = digits.replace(".", "").lstrip("0") if "." in digits else digits.strip("0")
             if len(digits) >= 3:
-                found.append(checked.at(n, f"a result typed into prose: {match[0]!r} (print it, or give its source)"))
-    return found
+                yield checked.at(n, f"a result typed into prose: {match[0]!r} (print it, or give its source)")
 
 
-def words(checked: Checked) -> list[str]:
+def words(checked: Checked) -> Iterator[str]:
     """Words that tell a reader who is stuck that it was easy."""
-    return [
-        checked.at(n, f"the word {match[0]!r}")
-        for n, cell in checked.prose()
-        for match in _EMPTY_WORDS.finditer(_NOT_PROSE.sub(" ", cell.source))
-    ]
+    for n, cell in checked.prose():
+        for match in _EMPTY_WORDS.finditer(_NOT_PROSE.sub(" ", cell.source)):
+            yield checked.at(n, f"the word {match[0]!r}")
 
 
-def frame(checked: Checked) -> list[str]:
+def frame(checked: Checked) -> Iterator[str]:
     """A lesson or lab over its minutes, or without a part of its frame."""
-    if checked.kind == "lesson":
-        return [f"{checked.name}: {line}" for line in lesson_frame(checked.nb, checked.path.stem)]
-    return [f"{checked.name}: {line}" for line in lab_frame(checked.nb, checked.path.stem, checked.kind == "exercise")]
+    nb, name, kind = checked.nb, checked.path.stem, checked.kind
+    lines = lesson_frame(nb, name) if kind == "lesson" else lab_frame(nb, name, kind == "exercise")
+    return (f"{checked.name}: {line}" for line in lines)
 
 
-GATES: tuple[Callable[[Checked], list[str]], ...] = (
-    pictures,
-    alt_texts,
-    noise,
-    paths,
-    errors,
-    size,
-    executed,
-    real_data,
-    links,
-    typed_numbers,
-    words,
-    frame,
-)
+GATES = (pictures, alt_texts, noise, paths, errors, size, executed, real_data, links, typed_numbers, words, frame)
 
 
 def kind_of(path: Path, tree: Tree) -> Kind:

@@ -7,7 +7,7 @@ import os
 import re
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -90,7 +90,6 @@ def execute(
     strict: bool = False,
     go_on: bool = False,
     cell_seconds: int = CELL_SECONDS,
-    on_start: Callable[[int], None] | None = None,
 ) -> NotebookNode:
     """Run every code cell of a notebook in place, in a fresh kernel, and return the notebook.
 
@@ -101,7 +100,6 @@ def execute(
     strict : run with COURSE_STRICT=1.
     go_on : keep error outputs and go on, instead of stopping at the first.
     cell_seconds : the longest a cell may take.
-    on_start : called with the kernel's process id once it runs.
 
     Raises
     ------
@@ -128,8 +126,6 @@ def execute(
         )
         running = {"cell": 0}
         client.on_cell_execute = lambda cell, cell_index: running.update(cell=cell_index)
-        if on_start:
-            client.on_notebook_start = lambda notebook: on_start(manager.provisioner.pid)
         environment = kernel_environment(root, folder / "ipython", strict=strict)
         try:
             client.execute(env=environment, stdout=said, stderr=said, cleanup_kc=True)

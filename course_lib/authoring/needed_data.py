@@ -1,9 +1,11 @@
-"""The data that notebooks name: made before they run, so that no first-use message is stored; or missing, and told."""
+"""The data that notebooks name: made before they run, so that no first-use message is stored; or missing, and told.
+
+All functions raise `Refusal` if a name is unknown (the nearest is suggested) or the data cannot be written.
+"""
 
 from __future__ import annotations
 
 import contextlib
-import importlib
 import signal
 from collections.abc import Iterable, Sequence
 from multiprocessing import get_context
@@ -12,28 +14,15 @@ from multiprocessing.process import BaseProcess
 
 from nbformat import NotebookNode
 
-from course_lib.notebook import _cache, _catalog
+from course_lib.notebook import _cache, _catalog, data
+from course_lib.notebook._errors import Refusal
 
 from . import notebooks as nbs
-from .tree import CourseError
 
 
 def missing_data(names: Iterable[str]) -> set[str]:
-    """Which of these datasets are real ones that nobody has fetched.
-
-    Raises
-    ------
-    CourseError
-        If a name is unknown; the nearest is suggested.
-    """
-    names = sorted(set(names))
-    if not names:
-        return set()
-    data = importlib.import_module("course_lib.notebook.data")
-    try:
-        return {name for name in names if not data.available(name)}
-    except data.Refusal as refusal:
-        raise CourseError(str(refusal)) from refusal
+    """Which of these datasets are real ones that nobody has fetched."""
+    return {name for name in sorted(set(names)) if not data.available(name)}
 
 
 def prepare_data(nb: NotebookNode) -> set[str]:
@@ -42,47 +31,20 @@ def prepare_data(nb: NotebookNode) -> set[str]:
     Returns
     -------
     The named datasets that are not there: real ones that nobody has fetched.
-
-    Raises
-    ------
-    CourseError
-        If a name is unknown, or the data cannot be written.
     """
     names = nbs.named_datasets(nb)
     missing = missing_data(names)
-    if names:
-        make_data(names)
+    data.prepare(names)
     return missing
 
 
-def make_data(names: str | Iterable[str]) -> None:
-    """Make the synthetic ones of these datasets where they are not there yet.
-
-    Raises
-    ------
-    CourseError
-        If a name is unknown, or the data cannot be written.
-    """
-    data = importlib.import_module("course_lib.notebook.data")
-    try:
-        data.prepare(names)
-    except data.Refusal as refusal:
-        raise CourseError(str(refusal)) from refusal
-
-
 def _make(name: str) -> None:
-    with contextlib.suppress(CourseError):  # what is wrong is said by the process that asked for it
-        make_data(name)
+    with contextlib.suppress(Refusal):  # what is wrong is said by the process that asked for it
+        data.prepare(name)
 
 
 def make_side_by_side(names: Sequence[str], workers: int) -> None:
-    """Make the synthetic ones of these datasets, several at once, each in a process of its own.
-
-    Raises
-    ------
-    CourseError
-        If a name is unknown, or the data cannot be written.
-    """
+    """Make the synthetic ones of these datasets, several at once, each in a process of its own."""
     catalogue = _catalog.catalogue()
     known = [catalogue[name] for name in names if name in catalogue]
     waiting = [one.name for one in known if one.kind == "synthetic" and not _cache.find(one, one.seed)]
@@ -103,4 +65,4 @@ def make_side_by_side(names: Sequence[str], workers: int) -> None:
         for one in running:
             one.terminate()
             one.join()
-    make_data(names)  # finds them made, or says why not
+    data.prepare(names)  # finds them made, or says why not

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import copy
 import hashlib
-import os
 import re
-import tempfile
 import unicodedata
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import nbformat
 from nbformat import NotebookNode
+
+from course_lib.notebook._atomic import atomic_file
 
 from .tree import CourseError
 
@@ -50,6 +51,15 @@ def task_heading(markdown: str) -> TaskHeading | None:
     return TaskHeading(int(match["number"]), match["title"], int(match["points"])) if match else None
 
 
+def with_tasks(cells: Iterable[NotebookNode]) -> Iterator[tuple[NotebookNode, TaskHeading | None]]:
+    """Each cell with the heading of the task that it belongs to; None before the first."""
+    task: TaskHeading | None = None
+    for cell in cells:
+        if cell.cell_type == "markdown":
+            task = task_heading(cell.source) or task
+        yield cell, task
+
+
 def cell_tags(cell: NotebookNode) -> list[str]:
     """The tags of a cell, in their order."""
     return list(cell.metadata.get("tags", []))
@@ -66,8 +76,7 @@ def named_datasets(nb: NotebookNode) -> list[str]:
     names: list[str] = []
     for cell in nb.cells:
         if cell.cell_type == "code":
-            found = [*real_datasets(cell.source), *(m["name"] for m in _LOADED.finditer(cell.source))]
-            names += found
+            names += [*real_datasets(cell.source), *(m["name"] for m in _LOADED.finditer(cell.source))]
     return list(dict.fromkeys(names))
 
 
@@ -83,10 +92,7 @@ def cell_ids(cells: list[NotebookNode]) -> list[str]:
     Task and check cells of a lab are named by their task alone: an answer moved between two versions finds its cell.
     """
     ids: list[str] = []
-    task: TaskHeading | None = None
-    for cell in cells:
-        if cell.cell_type == "markdown":
-            task = task_heading(cell.source) or task
+    for cell, task in with_tasks(cells):
         tags = cell_tags(cell)
         kind = next((tag for tag in ("task", "check") if tag in tags), None)
         if task and kind:
@@ -104,15 +110,9 @@ def cell_ids(cells: list[NotebookNode]) -> list[str]:
 
 def _metadata(cell: NotebookNode) -> dict:
     tags = cell_tags(cell)
-    metadata: dict = {"tags": tags} if tags else {}
-    jupyter = {}
-    if "prediction" in tags:
-        jupyter["outputs_hidden"] = True
-    if "hide-input" in tags:
-        jupyter["source_hidden"] = True
-    if jupyter:
-        metadata["jupyter"] = jupyter
-    return metadata
+    hidden = {"prediction": "outputs_hidden", "hide-input": "source_hidden"}
+    jupyter = {part: True for tag, part in hidden.items() if tag in tags}
+    return {key: value for key, value in (("tags", tags), ("jupyter", jupyter)) if value}
 
 
 def read_source(path: Path) -> NotebookNode:
@@ -135,23 +135,18 @@ def read_source(path: Path) -> NotebookNode:
     cells = []
     for cell in raw.cells:
         source = cell.source.strip("\n")
-        if not source.strip():
-            continue
-        make = {
-            "code": nbformat.v4.new_code_cell,
-            "markdown": nbformat.v4.new_markdown_cell,
-            "raw": nbformat.v4.new_raw_cell,
-        }[cell.cell_type]
-        cells.append(make(source=source, metadata=_metadata(cell)))
+        if source.strip():
+            make = getattr(nbformat.v4, f"new_{cell.cell_type}_cell")  # code, markdown or raw
+            cells.append(make(source=source, metadata=_metadata(cell)))
     if not cells:
         raise CourseError(f"{path.name} holds no cells: is it jupytext py:percent?")
-    return notebook_of(cells, cell_ids(cells))
-
-
-def notebook_of(cells: list[NotebookNode], ids: list[str]) -> NotebookNode:
-    """Put cells and their ids into a notebook with this course's metadata."""
-    for cell, name in zip(cells, ids, strict=True):
+    for cell, name in zip(cells, cell_ids(cells), strict=True):
         cell.id = name
+    return notebook_of(cells)
+
+
+def notebook_of(cells: list[NotebookNode]) -> NotebookNode:
+    """Put cells into a notebook with this course's metadata."""
     metadata = {"kernelspec": dict(KERNELSPEC), "language_info": copy.deepcopy(LANGUAGE)}
     nb = nbformat.v4.new_notebook(cells=cells, metadata=metadata)
     nb.nbformat_minor = 5
@@ -195,13 +190,6 @@ def write_notebook(path: Path, nb: NotebookNode) -> bool:
     if path.exists() and path.read_bytes() == new:
         return False
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-", suffix=".part")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(new)
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    with atomic_file(path) as part:
+        part.write_bytes(new)
     return True

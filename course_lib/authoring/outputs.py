@@ -76,9 +76,6 @@ def keep_unchanged(old: NotebookNode, new: NotebookNode) -> None:
         before = stored.get(cell.id)
         if cell.cell_type != "code" or before is None or len(before.outputs) != len(cell.outputs):
             continue
-        kept = []
         for a, b in zip(before.outputs, cell.outputs, strict=True):
             if same_output(a, b):
                 b.update({key: value for key, value in a.items() if key != "execution_count"})
-            kept.append(b)
-        cell.outputs = kept

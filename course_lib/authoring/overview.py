@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import base64
-import io
-import json
 from pathlib import Path
 
 from PIL import Image
+
+from .notebooks import read_notebook
+from .outputs import decode_png
 
 ROOT = Path(__file__).resolve().parents[2]
 NOTEBOOK = "notebooks/00_start_here.ipynb"
@@ -18,10 +18,8 @@ WIDTH = 1000
 
 def pictures(notebook: Path) -> list[Image.Image]:
     """The stored PNG pictures of a notebook, in order."""
-    cells = json.loads(notebook.read_text(encoding="utf-8"))["cells"]
-    stored = [output["data"]["image/png"] for cell in cells for output in cell.get("outputs", [])
-              if "image/png" in output.get("data", {})]  # fmt: skip
-    return [Image.open(io.BytesIO(base64.b64decode(png))).convert("RGB") for png in stored]
+    data = [output.get("data", {}) for cell in read_notebook(notebook).cells for output in cell.get("outputs", [])]
+    return [Image.fromarray(decode_png(one["image/png"])) for one in data if "image/png" in one]
 
 
 def overview(notebook: Path) -> Image.Image:

@@ -41,11 +41,6 @@ class LabTask:
         """How many hints stand folded in its text."""
         return len(re.findall(r"<summary>\s*Hint\s+\d", self.text))
 
-    @property
-    def functions(self) -> tuple[str, ...]:
-        """The names of the functions that its cell defines."""
-        return tuple(node.name for node in ast.parse(self.source).body if isinstance(node, ast.FunctionDef))
-
 
 def source_path(lab: str, root: Path = ROOT) -> Path:
     """The source of a lab: solutions/source/NN_name.py."""
@@ -69,28 +64,22 @@ def lab_tasks(lab: str, root: Path = ROOT) -> tuple[LabTask, ...]:
 
 @lru_cache(maxsize=64)
 def _lab_tasks(path: Path, _changed: int) -> tuple[LabTask, ...]:
-    found: list[dict] = []
+    parts: list[tuple[nbs.TaskHeading | None, list[nbs.NotebookNode]]] = [(None, [])]
     for cell in nbs.read_source(path).cells:
         if cell.cell_type == "markdown":
             heading = nbs.task_heading(cell.source)
-            if heading is not None:
-                found.append({"heading": heading, "text": "", "task": [], "check": []})
-            elif re.search(r"^#{1,2}\s", cell.source, re.M) and found:
-                found.append({"heading": None, "text": "", "task": [], "check": []})
-            if found:
-                found[-1]["text"] += cell.source + "\n"
-        for tag in ("task", "check"):
-            if tag in nbs.cell_tags(cell) and found:
-                found[-1][tag].append(cell.source)
+            if heading or re.search(r"^#{1,2}\s", cell.source, re.M):
+                parts.append((heading, []))
+        parts[-1][1].append(cell)
     result = []
-    for part in found:
-        heading = part["heading"]
+    for heading, cells in parts:
         if heading is None:
             continue
-        if len(part["task"]) != 1:
-            raise CourseError(f"{path.name}: task {heading.number} has {len(part['task'])} cells tagged task, not one.")
-        check = part["check"][0] if part["check"] else ""
-        result.append(LabTask(heading.number, heading.title, heading.points, part["text"], part["task"][0], check))
+        text = "".join(f"{cell.source}\n" for cell in cells if cell.cell_type == "markdown")
+        task, check = ([cell.source for cell in cells if tag in nbs.cell_tags(cell)] for tag in ("task", "check"))
+        if len(task) != 1:
+            raise CourseError(f"{path.name}: task {heading.number} has {len(task)} cells tagged task, not one.")
+        result.append(LabTask(heading.number, heading.title, heading.points, text, task[0], check[0] if check else ""))
     return tuple(result)
 
 

@@ -74,19 +74,6 @@ def reference_source(source: str) -> str:
     return "\n".join(line for i, line in enumerate(lines) if i not in dropped)
 
 
-def given_source(source: str) -> str:
-    """The cell of a mend task with the given wrong code unmended, or "" where nothing wrong is given."""
-    lines, blocks = _parse(source)
-    if not any(block.instead < block.end for block in blocks):
-        return ""
-    result: list[str] = []
-    done = 0
-    for block in blocks:
-        result += lines[done : block.begin] + _given(lines, block)
-        done = block.end + 1
-    return "\n".join(result + lines[done:])
-
-
 def _parse(source: str) -> tuple[list[str], list[_Block]]:
     lines = source.split("\n")
     blocks: list[_Block] = []

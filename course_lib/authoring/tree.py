@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from course_lib.notebook._errors import Refusal, nearest
 
-class CourseError(ValueError):
+
+class CourseError(Refusal):
     """Something a person can mend; the message is one sentence and is printed without a traceback."""
-
-
-def nearest(word: str, known: Iterable[str]) -> str:
-    """Say which known word is meant: " Did you mean X?", or "" where nothing is near."""
-    close = difflib.get_close_matches(word, list(known), n=1, cutoff=0.5)
-    return f" Did you mean {close[0]}?" if close else ""
 
 
 @dataclass(frozen=True)

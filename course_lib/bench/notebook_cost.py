@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 import time
 from collections.abc import Callable
@@ -18,30 +19,20 @@ MOST_SECONDS, MOST_BYTES = 30.0, 2_000_000_000
 
 
 class _Memory(threading.Thread):
-    """Watches the memory of a process and its children until told to stop."""
+    """Watches the memory of all processes below this one (a kernel and its children) until told to stop."""
 
     def __init__(self) -> None:
         super().__init__(daemon=True)
-        self.pid: int | None = None
         self.peak = 0
         self.done = threading.Event()
 
     def run(self) -> None:
         while not self.done.wait(0.05):
-            if self.pid is not None:
-                self.peak = max(self.peak, _resident(self.pid))
-
-
-def _resident(pid: int) -> int:
-    """Bytes in memory of a process and its children; those that end meanwhile count nothing."""
-    total = 0
-    try:
-        top = psutil.Process(pid)
-        for process in (top, *top.children(recursive=True)):
-            total += process.memory_info().rss
-    except psutil.NoSuchProcess:
-        pass
-    return total
+            total = 0
+            for process in psutil.Process().children(recursive=True):
+                with contextlib.suppress(psutil.NoSuchProcess):  # one that ends meanwhile counts nothing
+                    total += process.memory_info().rss
+            self.peak = max(self.peak, total)
 
 
 def weigh(nb: NotebookNode, tree: Tree) -> tuple[float, int]:
@@ -55,7 +46,7 @@ def weigh(nb: NotebookNode, tree: Tree) -> tuple[float, int]:
     memory.start()
     started = time.perf_counter()
     try:
-        execute(nb, tree.root, on_start=lambda pid: setattr(memory, "pid", pid))
+        execute(nb, tree.root)
     finally:
         memory.done.set()
         memory.join()

@@ -42,9 +42,10 @@ def test_stored_fixture_is_what_its_maker_makes(kind: str, name: str) -> None:
     made = make.spoiled(kind, name)
     assert [cell.source for cell in stored.cells] == [cell.source for cell in made.cells]
     assert [cell.metadata for cell in stored.cells] == [cell.metadata for cell in made.cells]
+    assert [len(cell.get("outputs", [])) for cell in stored.cells] == [len(c.get("outputs", [])) for c in made.cells]
     for a, b in zip(stored.cells, made.cells, strict=True):
         broken = name == "01_broken_picture" and a.cell_type == "code"
-        assert a.cell_type != "code" or all(map(same_output, a.outputs, b.outputs)) or broken
+        assert a.cell_type != "code" or broken or all(map(same_output, a.outputs, b.outputs))
 
 
 def test_file_that_is_no_notebook_is_one_finding() -> None:
@@ -68,15 +69,15 @@ def test_a_cell_may_say_why_it_keeps_a_time_or_a_number() -> None:
     folder = tree.root / "notebooks"
     timed = notebooks.read_notebook(folder / "01_stored_timing.ipynb")
     checked = gates.Checked(timed, folder / "01_stored_timing.ipynb", "lesson", tree)
-    assert len(gates.noise(checked)) == 1
+    assert len(list(gates.noise(checked))) == 1
     timed.cells[make.AREA].source += "\n# allow timing: the exposure that the camera was set to"
-    assert gates.noise(checked) == []
+    assert list(gates.noise(checked)) == []
     typed = notebooks.read_notebook(folder / "01_typed_number.ipynb")
     checked = gates.Checked(typed, folder / "01_typed_number.ipynb", "lesson", tree)
-    assert len(gates.typed_numbers(checked)) == 1
+    assert len(list(gates.typed_numbers(checked))) == 1
     for cell in typed.cells:
         cell.source += "<!-- allow typed number: from the data sheet -->" if cell.cell_type == "markdown" else ""
-    assert gates.typed_numbers(checked) == []
+    assert list(gates.typed_numbers(checked)) == []
 
 
 @pytest.mark.parametrize(
@@ -95,7 +96,7 @@ def test_numbers_that_are_no_results_may_stand_in_prose(harmless: str) -> None:
     path = tree.root / "notebooks" / "01_tiny.ipynb"
     nb = notebooks.read_notebook(path)
     nb.cells[-1].source += f"\n\n{harmless}"
-    assert gates.typed_numbers(gates.Checked(nb, path, "lesson", tree)) == []
+    assert list(gates.typed_numbers(gates.Checked(nb, path, "lesson", tree))) == []
 
 
 def test_every_gate_has_a_fixture_that_it_alone_finds() -> None:
@@ -104,5 +105,5 @@ def test_every_gate_has_a_fixture_that_it_alone_finds() -> None:
     for kind, name in SPOILED:
         path = tree.root / kind / f"{name}.ipynb"
         checked = gates.Checked(notebooks.read_notebook(path), path, gates.kind_of(path, tree), tree)
-        busy |= {gate.__name__ for gate in gates.GATES if gate(checked)}
+        busy |= {gate.__name__ for gate in gates.GATES if any(gate(checked))}
     assert busy == {gate.__name__ for gate in gates.GATES} - {"size"}

@@ -10,7 +10,8 @@ import pytest
 
 from course_lib.authoring import notebooks as nbs
 from course_lib.authoring.kernels import kernel_environment
-from course_lib.authoring.tree import CourseError, Tree, nearest
+from course_lib.authoring.tree import CourseError, Tree
+from course_lib.notebook._errors import CannotWrite, nearest
 
 GOOD = Path(__file__).parent / "fixtures" / "tree"
 
@@ -101,7 +102,7 @@ def test_writing_fails_without_leaving_half_a_file(tmp_path: Path, monkeypatch: 
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "replace", full)
-    with pytest.raises(OSError, match="No space left"):
+    with pytest.raises(CannotWrite, match="The disk is full"):
         nbs.write_notebook(path, nb)
     assert path.read_bytes() == before
     assert [file.name for file in tmp_path.iterdir()] == ["01.ipynb"]

@@ -19,7 +19,8 @@ from course_lib.authoring.prove import (
     pytest_words,
     skipped_line,
 )
-from course_lib.authoring.tree import CourseError, Tree
+from course_lib.authoring.tree import Tree
+from course_lib.notebook._errors import Refusal
 
 GOOD = Path(__file__).parent / "fixtures" / "tree"
 PICTURE, AREA, ERROR, REAL = 1, 3, 6, 8  # cells of the good lesson
@@ -120,7 +121,7 @@ def test_data_are_made_in_other_processes_and_what_is_wrong_is_said_in_this_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COURSE_CACHE", str(tmp_path))
-    with pytest.raises(CourseError, match="desk_pair"):
+    with pytest.raises(Refusal, match="desk_pair"):
         make_side_by_side(["desk_pear", "desk_pair", "stanford_bunny"], workers=2)
     made = [path for path in tmp_path.iterdir() if path.is_dir()]
     assert [path.name.split("-")[0] for path in made] == ["desk_pair"], "the others are real, or unknown"

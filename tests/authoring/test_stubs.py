@@ -6,7 +6,7 @@ import ast
 
 import pytest
 
-from course_lib.authoring.stubs import MEND, exercise_source, given_source, reference_source
+from course_lib.authoring.stubs import MEND, exercise_source, reference_source
 from course_lib.authoring.tree import CourseError
 
 WRITE = '''def lift(u, z, f):
@@ -82,13 +82,6 @@ def test_reference_is_the_solution_without_markers() -> None:
     exec(reference_source(WRITE), space)
     assert space["lift"](10, 2, 5) == 4
     assert "#|" not in reference_source(MENDED) and "SOLUTION" not in reference_source(MENDED)
-
-
-def test_given_is_the_wrong_code() -> None:
-    space: dict = {}
-    exec(given_source(MENDED), space)
-    assert space["half"](8) == 32
-    assert given_source(WRITE) == ""
 
 
 def test_two_gaps_in_one_cell() -> None:
