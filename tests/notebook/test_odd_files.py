@@ -15,6 +15,8 @@ from course_lib.checks import check_rigid
 from course_lib.notebook import files
 from course_lib.notebook._errors import Refusal
 
+pytestmark = pytest.mark.slow
+
 RNG = np.random.default_rng(3)
 POINTS = RNG.normal(size=(101, 3)).astype(np.float32)
 COLORS = RNG.integers(0, 256, (101, 3), dtype=np.uint8)
