@@ -8,8 +8,6 @@ import click
 
 from .tree import course_tree
 
-WORKERS = 3  # of which one or the other waits for a kernel, so that two processors are busy
-
 
 @click.command("build")
 @click.argument("names", nargs=-1, metavar="[NAME…]")
@@ -29,9 +27,7 @@ def build(names: tuple[str, ...], only_check: bool, kind: str | None) -> None:
 @click.command("test", context_settings={"ignore_unknown_options": True})
 @click.option("--quick", "depth", flag_value="quick", help="The library, the tools, the first lesson and labs.")
 @click.option("--thorough", "depth", flag_value="thorough", help="With all drawings, kills and repeated trials.")
-@click.option(
-    "--workers", type=click.IntRange(1), default=WORKERS, show_default=True, help="Processes that run at once."
-)
+@click.option("--workers", type=click.IntRange(1), default=2, show_default=True, help="Processes that run at once.")
 @click.argument("more", nargs=-1, type=click.UNPROCESSED, metavar="[-- PYTEST WORDS…]")
 def test(depth: str | None, workers: int, more: tuple[str, ...]) -> None:
     """Prove the library, the tools, and every stored number of every lesson and solution.
