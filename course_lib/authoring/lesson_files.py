@@ -8,8 +8,6 @@ from course_lib.notebook.lessons import lessons
 
 from .tree import Tree
 
-__all__ = ["lacking"]
-
 WANTED = {
     "notebooks/source/{}.toml": "its title, what one can do after it, and minutes",
     "notebooks/source/{}.py": "the lesson",

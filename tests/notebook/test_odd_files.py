@@ -95,6 +95,7 @@ USUAL = ("usual.xyz", "usual.ply", "usual.pcd", "colours_uchar.ply", "corners.pl
 
 
 NOT_MENDED = pytest.mark.xfail(strict=True, reason="not mended yet")
+BY_CHANCE = pytest.mark.xfail(strict=False, reason="not mended yet: what is read depends on what lies behind in memory")
 
 
 def must_be_right(path: Path) -> None:
@@ -127,7 +128,10 @@ def must_be_right(path: Path) -> None:
 
 @pytest.mark.parametrize(
     "name",
-    [pytest.param(name, marks=() if name in USUAL else NOT_MENDED) for name in FILES],
+    [
+        pytest.param(name, marks=() if name in USUAL else BY_CHANCE if name == "no_final_newline.xyz" else NOT_MENDED)
+        for name in FILES
+    ],
 )
 def test_a_file_is_read_right_or_refused_in_one_sentence(tmp_path, name):
     path = tmp_path / name
