@@ -1,7 +1,7 @@
 """Reading and writing clouds, meshes and images, so that what comes back is whole or a sentence says why it is not.
 
-Clouds and meshes go through Open3D, images through OpenCV. Every file is measured against its own header before it
-is read (Open3D fills up a truncated PLY with whatever was in memory). Files are written whole or not at all.
+Clouds and meshes are read here, column by column as their headers say (a parser that trusts a header invents what is
+not there), and written by Open3D; images go through OpenCV. Files are written whole or not at all.
 """
 
 from __future__ import annotations
@@ -13,30 +13,22 @@ import numpy as np
 
 from course_lib.cloud.pointcloud import PointCloud
 from course_lib.notebook._atomic import atomic_file
+from course_lib.notebook._columns import Stored, cloud_of
 from course_lib.notebook._errors import CannotWrite, Refusal, shown
-from course_lib.notebook._headers import Header, check_pcd, check_ply, check_xyz
 from course_lib.notebook._images import read_depth, read_image, there, write_depth, write_image  # noqa: F401 - images, too
+from course_lib.notebook._pcd import read_pcd
+from course_lib.notebook._ply import read_ply
+from course_lib.notebook._xyz import read_xyz
 from course_lib.surface.meshes import Mesh
+from course_lib.surface.polygons import triangulate
 
 if TYPE_CHECKING:
     import open3d
 
-PARTS = ("positions", "colors", "normals", "labels")
-CLOUDS = {".ply": check_ply, ".pcd": check_pcd, ".xyz": check_xyz}
+CLOUDS = {".ply": read_ply, ".pcd": read_pcd, ".xyz": read_xyz}
 
 
-def cloud_header(path: str | Path) -> Header:
-    """Say what the header of a PLY, PCD or XYZ file promises, having proved that the body holds it.
-
-    Returns
-    -------
-    Header with `counts` ("vertex", "face"), `fields` and, for an organised PCD, `shape` (height, width).
-
-    Raises
-    ------
-    Refusal
-        If the file is missing, of another kind, or cut short.
-    """
+def _stored(path: str | Path) -> Stored:
     path = there(path, tuple(CLOUDS), "a cloud")
     return CLOUDS[path.suffix.lower()](path)
 
@@ -46,30 +38,15 @@ def read_cloud(path: str | Path) -> PointCloud:
 
     Returns
     -------
-    PointCloud of as many points as the header promises, missing ones (NaN) included; colours and normals where stored.
+    PointCloud of as many points as the header promises, missing ones (NaN) included; colours, normals and labels where
+    stored. Other fields (intensity, curvature) are left.
 
     Raises
     ------
     Refusal
-        If the file is missing, cut short, not what its name says, or holds no points.
+        If the file is missing, cut short, not what its name says, holds no points, or fields that cannot be theirs.
     """
-    header = cloud_header(path)
-    count = header.counts.get("vertex", 0)
-    if count == 0:
-        raise Refusal(f"{shown(path)} holds no points: check how it was saved.")
-    o3d, quiet = _open3d()
-    with quiet:
-        cloud = o3d.t.io.read_point_cloud(str(path), remove_nan_points=False, remove_infinite_points=False)
-    # Copies: an array that shares Open3D's memory makes it print its statistics when Python ends.
-    parts = {name: cloud.point[name].numpy().copy() for name in PARTS if name in cloud.point}
-    points = parts.get("positions", np.zeros((0, 3)))
-    if len(points) != count:
-        raise Refusal(f"{shown(path)} promises {count:,} points and Open3D read {len(points):,}: save it again.")
-    colors, labels = parts.get("colors"), parts.get("labels")
-    if colors is not None and colors.dtype != np.uint8:
-        colors = np.round(np.clip(colors, 0, 1) * 255).astype(np.uint8)
-    labels = None if labels is None else labels.reshape(-1)
-    return PointCloud(points, colors=colors, normals=parts.get("normals"), labels=labels)
+    return cloud_of(_stored(path))
 
 
 def read_organised(path: str | Path) -> tuple[np.ndarray, np.ndarray | None]:
@@ -85,12 +62,12 @@ def read_organised(path: str | Path) -> tuple[np.ndarray, np.ndarray | None]:
     Refusal
         If the file is not a PCD with a height above 1.
     """
-    shape = cloud_header(path).shape
-    if shape is None:
+    stored = _stored(path)
+    if stored.shape is None:
         raise Refusal(f"{shown(path)} is not organised (its header gives no rows and columns): use read_cloud.")
-    cloud = read_cloud(path)
-    colors = None if cloud.colors is None else cloud.colors.reshape(*shape, 3)
-    return cloud.points.reshape(*shape, 3), colors
+    cloud = cloud_of(stored)
+    colors = None if cloud.colors is None else cloud.colors.reshape(*stored.shape, 3)
+    return cloud.points.reshape(*stored.shape, 3), colors
 
 
 def write_cloud(path: str | Path, cloud: PointCloud, *, ascii: bool = False) -> Path:
@@ -126,7 +103,7 @@ def write_cloud(path: str | Path, cloud: PointCloud, *, ascii: bool = False) -> 
             done = o3d.io.write_point_cloud(str(partial), tensor.to_legacy())
         else:
             done = o3d.t.io.write_point_cloud(str(partial), tensor, write_ascii=ascii)
-        _prove(partial, path, done, {"vertex": len(cloud.points)})
+        _prove(partial, path, done, len(cloud.points))
     return path
 
 
@@ -138,22 +115,21 @@ def read_mesh(path: str | Path) -> Mesh:
     Refusal
         If the file is missing, cut short, not a PLY, or holds points only.
     """
-    path = there(path, (".ply",), "a mesh")
-    counts = check_ply(path).counts
-    if not counts.get("face"):
+    stored = read_ply(there(path, (".ply",), "a mesh"))
+    if not stored.faces:
         raise Refusal(f"{shown(path)} holds points and no faces: read it with read_cloud.")
-    o3d, quiet = _open3d()
-    with quiet:
-        mesh = o3d.io.read_triangle_mesh(str(path))
-    vertices, triangles = np.asarray(mesh.vertices), np.asarray(mesh.triangles)
-    if len(vertices) != counts.get("vertex", 0) or len(triangles) < counts["face"]:
-        raise Refusal(
-            f"{shown(path)} promises {counts.get('vertex', 0):,} vertices and {counts['face']:,} faces and Open3D read "
-            f"{len(vertices):,} and {len(triangles):,}: save it again."
-        )
-    colors = np.round(np.asarray(mesh.vertex_colors) * 255).astype(np.uint8) if mesh.has_vertex_colors() else None
-    normals = np.asarray(mesh.vertex_normals).copy() if mesh.has_vertex_normals() else None
-    return Mesh(vertices.copy(), triangles.astype(np.int32), colors=colors, normals=normals)
+    if min(stored.faces) < 3:
+        raise Refusal(f"{shown(path)} holds a face of {min(stored.faces)} corners: a face has three at least.")
+    cloud = cloud_of(stored)
+    for corners in stored.faces.values():
+        if (wrong := corners[(corners < 0) | (corners >= len(cloud))]).size:
+            raise Refusal(f"{shown(path)} holds a face with corner {wrong[0]} and has {len(cloud):,} vertices.")
+    if not np.isfinite(cloud.points).all():
+        raise Refusal(f"{shown(path)} holds a vertex that is NaN or infinite: a mesh needs finite vertices.")
+    triangles = [triangulate(cloud.points, corners) for corners in stored.faces.values()]
+    vertices, normals = cloud.points.astype(np.float64), cloud.normals
+    normals = None if normals is None else normals.astype(np.float64)
+    return Mesh(vertices, np.concatenate(triangles).astype(np.int32), colors=cloud.colors, normals=normals)
 
 
 def write_mesh(path: str | Path, mesh: Mesh, *, ascii: bool = False) -> Path:
@@ -183,17 +159,18 @@ def write_mesh(path: str | Path, mesh: Mesh, *, ascii: bool = False) -> Path:
     size += len(mesh.triangles) * 13
     with atomic_file(path, size * (4 if ascii else 1)) as partial, quiet:
         done = o3d.io.write_triangle_mesh(str(partial), legacy, write_ascii=ascii)
-        _prove(partial, path, done, {"vertex": len(mesh.vertices), "face": len(mesh.triangles)})
+        _prove(partial, path, done, len(mesh.vertices), len(mesh.triangles))
     return path
 
 
-def _prove(partial: Path, path: Path, done: bool, wanted: dict[str, int]) -> None:
-    """Read back the counts of what was written: a full disk does not make Open3D fail."""
+def _prove(partial: Path, path: Path, done: bool, points: int, faces: int = 0) -> None:
+    """Read back what was written: a full disk does not make Open3D fail."""
     try:
-        counts = CLOUDS[path.suffix.lower()](partial).counts if done and partial.stat().st_size else {}
+        stored = CLOUDS[path.suffix.lower()](partial) if done else None
     except Refusal:
-        counts = {}
-    if any(counts.get(name) != count for name, count in wanted.items()):
+        stored = None
+    counts = (stored.count, sum(map(len, (stored.faces or {}).values()))) if stored else ()
+    if counts != (points, faces):
         raise CannotWrite(f"{shown(path)} was not written whole and was removed: is the disk full?")
 
 

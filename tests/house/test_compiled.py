@@ -167,6 +167,7 @@ import json, sys
 import numpy as np
 from course_lib import compiled
 from course_lib.cloud import clusters, downsample, neighbours, normals
+from course_lib.notebook.lzf_loops import unpack
 from course_lib.registration import icp, pair_sums
 downsample.MANY = neighbours.SMALL = clusters.SMALL = pair_sums.MANY = 100
 rng = np.random.default_rng(5)
@@ -179,6 +180,8 @@ given = normals.estimate_normals(points, 8)
 registered = [icp.icp(source, points, 0.2, n, steps=4).T_target_source for n in (None, given)]
 answers = [near.mean_distances(6), six, count, near.crowded(0.1, 4), distance, index, given, *registered,
            downsample.voxel_downsample(points, 0.1), clusters.euclidean_clusters(points, 0.06)]
+block = np.zeros(5, np.uint8)
+answers += [unpack(np.array([1, 65, 66, 0x20, 1], np.uint8), block), block]
 np.savez(sys.argv[1], *answers)
 print(json.dumps(compiled.states))
 """

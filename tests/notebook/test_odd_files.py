@@ -1,11 +1,8 @@
 """Files that other programs write: each is read right, or refused in one sentence.
 
-All but USUAL, the controls, are not so yet: whoever mends one is told to take its mark away. Where reading damages
-memory, it does so in a process of its own.
+Each is an input that Open3D's parsers read wrong, or that ended Python.
 """
 
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +11,6 @@ import pytest
 from course_lib.checks import check_rigid
 from course_lib.notebook import files
 from course_lib.notebook._errors import Refusal
-
-pytestmark = pytest.mark.slow
 
 RNG = np.random.default_rng(3)
 POINTS = RNG.normal(size=(101, 3)).astype(np.float32)
@@ -90,14 +85,6 @@ FILES = {
 }
 REFUSED = ("only_x_y.ply", "only_red.ply", "face_of_two_vertices.ply", "7x3_but_101_points.pcd")
 OR_REFUSED = ("float_xy_double_z.ply", "colours_float.ply", "colours_int.ply", "capital_X_Y_Z.ply", "labels_float.ply")
-DAMAGE = ("no_final_newline.xyz", "float_xy_double_z.ply", "only_x_y.ply", "only_red.ply", "face_of_two_vertices.ply")
-USUAL = ("usual.xyz", "usual.ply", "usual.pcd", "colours_uchar.ply", "corners.ply")
-
-
-NOT_MENDED = pytest.mark.xfail(strict=True, reason="not mended yet")
-BY_CHANCE = pytest.mark.xfail(strict=False, reason="not mended yet: what is read depends on what lies behind in memory")
-
-
 def must_be_right(path: Path) -> None:
     """Read one of FILES as a learner does and compare it with what was written."""
     name = path.name
@@ -113,7 +100,7 @@ def must_be_right(path: Path) -> None:
             return
         assert name not in REFUSED, f"{name} was read"
     else:
-        cloud = [read(path) for _ in range(20 if name == "no_final_newline.xyz" else 1)][-1]
+        cloud = read(path)
     if name in ("cr_only.ply", "corners.ply"):
         np.testing.assert_array_equal(cloud.points, np.eye(4)[[3, 0, 1], :3])
     else:
@@ -126,24 +113,14 @@ def must_be_right(path: Path) -> None:
         np.testing.assert_array_equal(cloud.labels, np.arange(101))
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param(name, marks=() if name in USUAL else BY_CHANCE if name == "no_final_newline.xyz" else NOT_MENDED)
-        for name in FILES
-    ],
-)
+@pytest.mark.parametrize("name", FILES)
 def test_a_file_is_read_right_or_refused_in_one_sentence(tmp_path, name):
     path = tmp_path / name
     path.write_bytes(FILES[name])
-    if name not in DAMAGE:
-        must_be_right(path)
-        return
-    done = subprocess.run([sys.executable, __file__, str(path)], capture_output=True, text=True, timeout=120)
-    assert done.returncode == 0, done.stderr[-500:]
+    must_be_right(path)
 
 
-@NOT_MENDED
+@pytest.mark.xfail(strict=True, reason="not mended yet")
 def test_a_pose_as_it_is_published_is_rigid():
     """The 50 poses of a kitchen of 7-Scenes are rotations 0.8e-4 too short."""
     T = np.eye(4)
@@ -151,6 +128,3 @@ def test_a_pose_as_it_is_published_is_rigid():
     T[:3, :3] *= 1 - 0.76e-4
     check_rigid(T)
 
-
-if __name__ == "__main__":
-    must_be_right(Path(sys.argv[1]))
