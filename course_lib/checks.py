@@ -16,6 +16,8 @@ FloatArray = NDArray[np.floating]
 SAMPLE_PIXELS = 4096
 # How far a matrix may be from rigid: single precision and files with six decimals pass, anything that scales fails.
 RIGID_TOLERANCE = 1e-4
+# How far the entries of a rotation may be off to be taken for a rotation that was written with few digits.
+ROUNDED = 1e-3
 
 
 def nearest_name(name: str, names: Iterable[str]) -> str:
@@ -40,7 +42,10 @@ def numbers(values: ArrayLike, what: str) -> NDArray[Any]:
     except ValueError as error:
         raise ValueError(f"{what}: the rows have different lengths; give an array of one shape.") from error
     if array.dtype.kind not in "fiu":
-        raise ValueError(f"{what}: expected real numbers, got {array.dtype} values; give a numeric array.")
+        got = f"{array.dtype} values" if array.dtype != object or array.ndim else type(values).__name__
+        part = next((name for name in ("points", "vertices") if hasattr(values, name)), None)
+        hint = f"give its .{part}" if part else "give a numeric array"
+        raise ValueError(f"{what}: expected real numbers, got {got}; {hint}.")
     return array
 
 
@@ -131,7 +136,7 @@ def check_depth(depth: ArrayLike, what: str = "depth") -> FloatArray:
     if sample.size and sample.max() > 100:
         middle = float(np.median(sample))
         whole = bool((sample == np.rint(sample)).all())
-        if middle > 5000 or (middle > 100 and whole):
+        if middle > 500 or (middle > 100 and whole):
             raise ValueError(
                 f"{what}: a median of {middle:.6g} looks like millimetres or raw units, not metres; "
                 "decode it with rgbd.decode_depth, or divide by the units per metre."
@@ -221,7 +226,8 @@ def check_rotation(R: NDArray[np.float64], name: str) -> None:
     error = float(np.abs(R.T @ R - np.eye(3)).max())
     if error > RIGID_TOLERANCE:
         raise ValueError(
-            f"{name}: the upper left 3x3 is not a rotation (R^T R differs from I by {error:.3g}); it scales or shears."
+            f"{name}: the upper left 3x3 is not a rotation (R^T R differs from I by {error:.3g}); it scales or shears"
+            f"{', or was rounded: transforms.nearest_rigid mends that' if error < ROUNDED else ''}."
         )
     if np.linalg.det(R) < 0:
         raise ValueError(f"{name}: the upper left 3x3 is a reflection (determinant -1), not a rotation; flip one axis.")

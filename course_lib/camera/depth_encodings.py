@@ -35,7 +35,7 @@ class DepthEncoding:
     ----------
     name : what to call it.
     units_per_metre : raw units in one metre (after the bits are put in order).
-    dtype : the type of the raw values.
+    dtype : the type of the raw values: uint16, or float32 in files of floats (a linear form only).
     no_data : raw values that mean "not measured"; they decode to 0.
     source : who says so.
     form : "linear" (metres = raw / units), "rotated" (the 16 bits are rotated left by 3 first: SUN) or "disparity"
@@ -52,8 +52,10 @@ class DepthEncoding:
     def __post_init__(self) -> None:
         if not checks.number(self.units_per_metre, "units_per_metre") > 0:
             raise ValueError(f"units_per_metre: {self.units_per_metre} is not positive.")
-        if np.dtype(self.dtype) != np.uint16:
-            raise ValueError(f"dtype: raw depth is 16-bit unsigned, not {np.dtype(self.dtype)}.")
+        if np.dtype(self.dtype) not in (np.uint16, np.float32):
+            raise ValueError(f"dtype: raw depth is 16-bit unsigned (or float32), not {np.dtype(self.dtype)}.")
+        if np.dtype(self.dtype) == np.float32 and self.form != "linear":
+            raise ValueError(f"form: floats are linear, not {self.form!r}.")
         if self.form not in ("linear", "rotated", "disparity"):
             raise ValueError(f"form: say 'linear', 'rotated' or 'disparity', got {self.form!r}.")
 
@@ -72,12 +74,17 @@ ENCODINGS: dict[str, DepthEncoding] = {
 }
 
 
-def find_encoding(name: str | DepthEncoding) -> DepthEncoding:
-    """Return a depth encoding by name (or unchanged); an unknown name raises ValueError with the nearest one."""
+METRES = DepthEncoding("metres", 1.0, np.float32, (0,), "floats in metres, as NumPy and TIFF files hold them.")
+
+
+def find_encoding(name: str | float | DepthEncoding) -> DepthEncoding:
+    """Return a depth encoding by name, by its units in a metre, or unchanged; ValueError names the nearest name."""
     if isinstance(name, DepthEncoding):
         return name
+    if isinstance(name, (int, float)) and not isinstance(name, bool):
+        return DepthEncoding(f"{name:g} units a metre", name, np.uint16, (0,), "given by you.")
     if not isinstance(name, str) or name not in ENCODINGS:
-        raise ValueError(f"encoding: there is no {name!r}; {checks.nearest_name(name, ENCODINGS)}")
+        raise ValueError(f"encoding: there is no {name!r}; {checks.nearest_name(str(name), ENCODINGS)}")
     return ENCODINGS[name]
 
 
@@ -102,7 +109,7 @@ def decode_depth(raw: ArrayLike, encoding: str | DepthEncoding) -> NDArray[np.fl
 
     Parameters
     ----------
-    raw : (H, W) 16-bit integers as stored (for NYU: as a PGM reader returns them).
+    raw : (H, W) 16-bit integers as stored (for NYU: as a PGM reader returns them), or floats if the encoding says so.
     encoding : a name in `ENCODINGS` or a DepthEncoding.
 
     Returns
@@ -112,7 +119,7 @@ def decode_depth(raw: ArrayLike, encoding: str | DepthEncoding) -> NDArray[np.fl
     Raises
     ------
     ValueError
-        If raw is 8-bit, not integer, not one channel, or the encoding is unknown.
+        If raw is 8-bit, not of the encoding's type, not one channel, or the encoding is unknown.
 
     Examples
     --------
@@ -120,6 +127,9 @@ def decode_depth(raw: ArrayLike, encoding: str | DepthEncoding) -> NDArray[np.fl
     [[0.0, 1.0, 2.5]]
     """
     form = find_encoding(encoding)
+    if np.dtype(form.dtype) == np.float32:
+        metres = checks.check_depth(np.asarray(raw) / form.units_per_metre).astype(np.float32)
+        return np.where(valid_mask(metres), metres, np.float32(0))
     raw = _check_raw(raw)
     missing = np.isin(raw, form.no_data)
     units: NDArray[np.uint16 | np.float64] = raw
@@ -140,7 +150,7 @@ def _nyu_units(disparity: NDArray[np.uint16], units_per_metre: float) -> NDArray
     return np.where(metres > 0, np.floor(metres * units_per_metre + 0.5), 0.0)
 
 
-def encode_depth(depth: ArrayLike, encoding: str | DepthEncoding) -> NDArray[np.uint16]:
+def encode_depth(depth: ArrayLike, encoding: str | DepthEncoding) -> NDArray[np.uint16 | np.float32]:
     """Turn metres into the raw values that a file stores, rounded to its unit: the inverse of `decode_depth`.
 
     Parameters
@@ -150,7 +160,7 @@ def encode_depth(depth: ArrayLike, encoding: str | DepthEncoding) -> NDArray[np.
 
     Returns
     -------
-    (H, W) uint16.
+    (H, W) uint16, or float32 if the encoding says so.
 
     Raises
     ------
@@ -161,6 +171,8 @@ def encode_depth(depth: ArrayLike, encoding: str | DepthEncoding) -> NDArray[np.
     depth = checks.check_depth(depth).astype(np.float64)
     measured = valid_mask(depth)
     metres = np.where(measured, depth, 0.0)
+    if np.dtype(form.dtype) == np.float32:
+        return (metres * form.units_per_metre).astype(np.float32)
     if form.form == "disparity":
         with np.errstate(divide="ignore"):
             units = np.where(measured, np.rint(NYU_OFFSET - NYU_NUMERATOR / metres), 2047)

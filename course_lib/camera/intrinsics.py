@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from course_lib import checks
 
@@ -22,6 +22,8 @@ Axis = Literal["horizontal", "vertical"]
 Centre = Literal["integer", "half"]
 
 NO_DISTORTION = (0.0, 0.0, 0.0, 0.0, 0.0)
+NARROWEST = 0.05
+"""Focal lengths, as a share of the image, below which nothing can be a pinhole: it would see 169 degrees."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +92,51 @@ class PinholeCamera:
             cy=sy * (self.cy + 0.5) - 0.5,
             source=f"{self.source.rstrip('. ')}; scaled from {self.width}x{self.height}." if self.source else "",
         )
+
+
+def camera_from_matrix(
+    K: ArrayLike, width: int, height: int, *, distortion: ArrayLike = NO_DISTORTION, source: str = ""
+) -> PinholeCamera:
+    """Return the camera of a matrix K, as calibrations and recordings give it.
+
+    Parameters
+    ----------
+    K : (3, 3), or its nine numbers, row after row (as in ROS) or column after column (as in Open3D).
+    width, height : pixels.
+    distortion : k1, k2, p1, p2 and, if there is one, k3, of Brown and Conrady; zeros may follow.
+    source : one sentence that says where the numbers come from.
+
+    Raises
+    ------
+    ValueError
+        If K has another shape, a skew, or focal lengths that are shares of the image instead of pixels.
+
+    Examples
+    --------
+    >>> camera_from_matrix([50, 0, 31.5, 0, 50, 23.5, 0, 0, 1], 64, 48).cx
+    31.5
+    """
+    matrix = checks.numbers(K, "K").astype(np.float64)
+    if matrix.shape == (9,):
+        matrix = matrix.reshape(3, 3)
+        if matrix[2, :2].any() and not matrix[:2, 2].any():
+            matrix = matrix.T
+    if matrix.shape != (3, 3):
+        raise ValueError(f"K: expected a 3x3 matrix or its nine numbers, got an array of shape {matrix.shape}.")
+    if matrix[0, 1] != 0 or matrix[1, 0] != 0 or (matrix[2] != [0, 0, 1]).any():
+        raise ValueError(f"K: expected fx 0 cx, 0 fy cy, 0 0 1, got {matrix.tolist()}.")
+    five = checks.numbers(distortion, "distortion").astype(np.float64).reshape(-1)
+    if len(five) < 4 or five[5:].any():
+        raise ValueError(f"distortion: expected k1, k2, p1, p2, k3, got {len(five)} numbers: {five.tolist()}.")
+    five = np.append(five, 0.0)[:5]
+    fx, fy, cx, cy = matrix[[0, 1, 0, 1], [0, 1, 2, 2]].tolist()
+    camera = PinholeCamera(width, height, fx, fy, cx, cy, tuple(five.tolist()), source)
+    if max(camera.fx / camera.width, camera.fy / camera.height) < NARROWEST:
+        raise ValueError(
+            f"K: focal lengths of {camera.fx:g} and {camera.fy:g} are shares of the image, not pixels; multiply "
+            f"fx and cx by the width ({width}), fy and cy by the height ({height})."
+        )
+    return camera
 
 
 def _fov(fov: float) -> float:

@@ -21,13 +21,20 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from course_lib import checks
 from course_lib.camera.distortion import distort, undistort
-from course_lib.camera.intrinsics import PinholeCamera, camera_from_fov, check_camera, field_of_view, focal_length
+from course_lib.camera.intrinsics import (
+    PinholeCamera,
+    camera_from_fov,
+    camera_from_matrix,
+    check_camera,
+    field_of_view,
+    focal_length,
+)
 from course_lib.camera.presets import PRESETS, preset
 from course_lib.checks import FloatArray
 
 __all__ = [
-    "PRESETS", "PinholeCamera", "camera_from_fov", "check_camera", "deproject", "deproject_compact", "distort",
-    "field_of_view", "focal_length", "pixel_rays", "preset", "project", "undistort",
+    "PRESETS", "PinholeCamera", "camera_from_fov", "camera_from_matrix", "check_camera", "deproject",
+    "deproject_compact", "distort", "field_of_view", "focal_length", "pixel_rays", "preset", "project", "undistort",
 ]  # fmt: skip
 
 # Deprojection works through slabs of this many rows, whose intermediate results stay in the processor's cache.

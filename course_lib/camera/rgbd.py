@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from course_lib import checks
 from course_lib.camera.depth_encodings import (
     ENCODINGS,
+    METRES,
     DepthEncoding,
     decode_depth,
     encode_depth,
@@ -26,8 +27,8 @@ from course_lib.checks import check_depth
 from course_lib.geometry import transforms
 
 __all__ = [
-    "ENCODINGS", "DepthEncoding", "RGBDFrame", "check_depth", "decode_depth", "encode_depth", "find_encoding",
-    "rescale_for_display", "resize_depth", "valid_mask",
+    "ENCODINGS", "METRES", "DepthEncoding", "RGBDFrame", "check_depth", "decode_depth", "encode_depth",
+    "find_encoding", "rescale_for_display", "resize_depth", "valid_mask",
 ]  # fmt: skip
 
 

@@ -152,6 +152,8 @@ def from_message(msg: PointCloud2) -> NDArray[np.void]:
     lacks = [field.name for field in dataclass_fields(PointCloud2)[:-1] if not hasattr(msg, field.name)]
     if lacks:
         raise ValueError(f"message: expected a PointCloud2, but {type(msg).__name__} has no {', '.join(lacks)}.")
+    if isinstance(msg.data, (list, tuple)):
+        raise ValueError(f"message: data is a {type(msg.data).__name__}; give bytes, as bytes(data) makes of a list.")
     if msg.height < 1 or msg.width < 1:
         raise ValueError(f"message: height {msg.height} x width {msg.width} holds no point.")
     if not msg.fields:

@@ -20,6 +20,7 @@ from course_lib.notebook._errors import CannotWrite, Refusal, shown
 
 PNG = b"\x89PNG\r\n\x1a\n"
 SUFFIXES = (".png", ".jpg", ".jpeg", ".pgm", ".ppm")
+DEPTH_SUFFIXES = (".png", ".pgm", ".tif", ".tiff", ".npy")
 _PNM = re.compile(rb"\AP([56])(?:\s|#[^\n]*\n)+(\d+)(?:\s|#[^\n]*\n)+(\d+)(?:\s|#[^\n]*\n)+(\d+)\s")
 
 
@@ -58,7 +59,8 @@ def decode(content: bytes, path: Path) -> np.ndarray:
 
     Returns
     -------
-    (H, W) or (H, W, 3 or 4) uint8 or uint16. A PGM of 16 bits is read big-endian, as its format says.
+    (H, W) or (H, W, 3 or 4) uint8, uint16 or, from a TIFF, float32. A PGM of 16 bits is read big-endian, as its
+    format says.
 
     Raises
     ------
@@ -75,6 +77,9 @@ def decode(content: bytes, path: Path) -> np.ndarray:
             raise _cut(path)
     elif kind in (".pgm", ".ppm"):
         _check_pnm(content, path)
+    elif kind in (".tif", ".tiff"):
+        if not content.startswith((b"II*\0", b"MM\0*")):
+            raise _not_one(path, "TIFF", content)
     else:
         raise Refusal(f"{shown(path)} is not an image that the course reads: use {', '.join(SUFFIXES)}.")
     image = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
@@ -140,17 +145,21 @@ def read_image(path: str | Path) -> np.ndarray:
 
 
 def read_depth(path: str | Path) -> np.ndarray:
-    """Read a depth image (16-bit PNG or PGM) as it is stored: (H, W) uint16 in the recording's own units.
+    """Read a depth image (PNG, PGM, TIFF or NumPy's .npy) as it is stored, in the recording's own units.
 
     `course_lib.camera.rgbd.decode_depth` turns it into metres.
+
+    Returns
+    -------
+    (H, W) uint16, or float32 where the file holds floats.
 
     Raises
     ------
     Refusal
         If the file is missing, cut short, not an image, has 8 bits, or has colours.
     """
-    path = there(path, (".png", ".pgm"), "a depth image")
-    image = decode(path.read_bytes(), path)
+    path = there(path, DEPTH_SUFFIXES, "a depth image")
+    image = _array(path) if path.suffix.lower() == ".npy" else decode(path.read_bytes(), path)
     if image.dtype == np.uint8:
         raise Refusal(
             f"{shown(path)} has 8 bits, which leaves 256 distances at most: it is a picture of depth, not depth; "
@@ -158,6 +167,24 @@ def read_depth(path: str | Path) -> np.ndarray:
         )
     if image.ndim != 2:
         raise Refusal(f"{shown(path)} has {image.shape[2]} channels and depth has one: choose the depth image.")
+    if image.dtype.kind == "f":
+        return image.astype(np.float32, copy=False)
+    if image.dtype != np.uint16:
+        if image.min() < 0 or image.max() > 65535:
+            raise Refusal(f"{shown(path)} holds {image.min()} to {image.max()}: depth was expected, 0 to 65535.")
+        image = image.astype(np.uint16)
+    return image
+
+
+def _array(path: Path) -> np.ndarray:
+    """The image in a .npy file; nothing in it is run."""
+    try:
+        image = np.load(path, allow_pickle=False)
+    except (ValueError, EOFError, OSError) as error:
+        raise Refusal(f"{shown(path)} cannot be read as an array of numbers: copy or save it again.") from error
+    image = image[..., 0] if isinstance(image, np.ndarray) and image.ndim == 3 and image.shape[2] == 1 else image
+    if not isinstance(image, np.ndarray) or image.dtype.kind not in "fiu" or image.ndim not in (2, 3) or not image.size:
+        raise Refusal(f"{shown(path)} holds no image of numbers: (H, W) depth was expected.")
     return image
 
 

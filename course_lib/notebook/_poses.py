@@ -1,18 +1,14 @@
-"""Trajectories and intrinsics from the text files that recordings come with."""
+"""Trajectories from the text files that recordings come with."""
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
 
-from course_lib.camera.pinhole import PinholeCamera
-from course_lib.geometry.transforms import check_rigid, from_quaternion_xyzw, invert
+from course_lib.geometry.transforms import from_quaternion_xyzw, invert, nearest_rigid
 from course_lib.notebook._errors import Refusal, shown
-
-RIGID_AFTER_TEXT = 1e-3
-"""How far from rigid a pose may be after being written with few digits; it is then made exactly rigid."""
+from course_lib.notebook._pairing import nearest_in_time
 
 
 def _rows(path: Path, columns: int, what: str) -> np.ndarray:
@@ -67,25 +63,95 @@ def read_quaternions(path: Path) -> np.ndarray:
 
 
 def read_log(path: Path) -> np.ndarray:
-    """Read an Open3D or Redwood .log: for each frame a line of three numbers, then four lines of T_world_camera.
-
-    Returns
-    -------
-    (N, 4, 4), metres.
+    """Read an Open3D or Redwood .log as (N, 4, 4), metres; what its digits round off is put right.
 
     Raises
     ------
     Refusal
         If it is cut short, or a matrix is not rigid.
     """
+    return np.stack([_rigid(T, path) for T in _log(path)[1]])
+
+
+def _log(path: Path) -> tuple[list[int], np.ndarray]:
+    """For each frame a line of three numbers, the first its own, then four lines of T_world_camera, as written."""
     lines = [line.split() for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
     if not lines or len(lines) % 5 or any(len(line) != (4 if i % 5 else 3) for i, line in enumerate(lines)):
         raise Refusal(f"{shown(path)} is cut short or no .log: five lines a frame were expected.")
     try:
         matrices = np.array([[float(word) for word in line] for i, line in enumerate(lines) if i % 5])
+        return [int(line[0]) for line in lines[::5]], matrices.reshape(-1, 4, 4)
     except ValueError as error:
         raise Refusal(f"{shown(path)} holds a word where a number was expected: write it again.") from error
-    return np.stack([_nearest_rigid(T, path) for T in matrices.reshape(-1, 4, 4)])
+
+
+Poses = list[np.ndarray | None]
+
+
+def poses_of_folder(path: Path, frames: list[Path], times: np.ndarray | None) -> tuple[Poses | None, str, str]:
+    """Poses of the frames where a recording has them.
+
+    Parameters
+    ----------
+    path : the folder, with groundtruth.txt, trajectory.log, or a 4x4 matrix a frame, NAME.pose.txt beside its images.
+    frames : the depth images.
+    times : when they were taken, seconds, or None.
+
+    Returns
+    -------
+    T_world_camera of each frame, None for one that has none; or None; the file that they come from; what to note.
+
+    Raises
+    ------
+    Refusal
+        If a file is damaged, or has poses of other frames.
+    """
+    truth, log, notes = path / "groundtruth.txt", path / "trajectory.log", []
+    if truth.is_file() and times is not None:
+        found, name = _tum_at(truth, times), truth.name
+    elif log.is_file():
+        found, name = _numbered(log, len(frames)), log.name
+    elif beside := {frame: pose for frame in frames if (pose := _pose_file(frame)).is_file()}:
+        tables = {frame: _rows(pose, 4, "a 4x4 matrix") for frame, pose in beside.items()}
+        found, name = [tables.get(frame) for frame in frames], "*.pose.txt"
+    else:
+        return None, "", "groundtruth.txt is not used: the images have no times" if truth.is_file() else ""
+    source = path / name
+    found = [T if T is not None and np.isfinite(T).all() and T.any() else None for T in found]  # lost while tracking
+    poses = [None if T is None else _rigid(T, source) for T in found]
+    known = [(T, rigid) for T, rigid in zip(found, poses, strict=True) if rigid is not None]
+    if not known:
+        return None, "", f"{name} has no pose of these frames"
+    missed = max(np.abs(T - rigid).max() for T, rigid in known)
+    if len(known) < len(frames):
+        notes.append(f"{len(frames) - len(known)} of {len(frames)} frames have no pose in {name}")
+    if missed > 1e-6:
+        notes.append(f"rotations of {name} made exact (they missed by up to {missed:.1g})")
+    return poses, name, "; ".join(notes)
+
+
+def _tum_at(path: Path, times: np.ndarray) -> Poses:
+    rows = _rows(path, 8, "time tx ty tz qx qy qz qw on every line")
+    chosen, near = nearest_in_time(rows[:, 0], times)
+    return [
+        from_quaternion_xyzw(_unit(row[4:], path), row[1:4]) if is_near else None
+        for row, is_near in zip(rows[chosen], near, strict=True)
+    ]
+
+
+def _numbered(path: Path, count: int) -> Poses:
+    numbers, matrices = _log(path)
+    if len(matrices) == count:
+        return list(matrices)
+    by_number = dict(zip(numbers, matrices, strict=True))
+    if len(by_number) < len(numbers) or len(numbers) > count or max(numbers) >= count:
+        raise Refusal(f"{shown(path)} has {len(matrices)} poses and there are {count} frames: they must agree.")
+    return [by_number.get(i) for i in range(count)]
+
+
+def _pose_file(frame: Path) -> Path:
+    """frame-000000.pose.txt of frame-000000.depth.png."""
+    return frame.with_name(f"{frame.name.partition('.')[0]}.pose.txt")
 
 
 def read_matrix(path: Path) -> np.ndarray:
@@ -99,7 +165,7 @@ def read_matrix(path: Path) -> np.ndarray:
     rows = _rows(path, 4, "a 4x4 matrix")
     if rows.shape != (4, 4):
         raise Refusal(f"{shown(path)} has {len(rows)} lines of numbers, a 4x4 matrix has four.")
-    return _nearest_rigid(rows, path)
+    return _rigid(rows, path)
 
 
 def read_bun_conf(path: Path) -> dict[str, np.ndarray]:
@@ -132,35 +198,10 @@ def _unit(q: np.ndarray, path: Path) -> np.ndarray:
     return q / length
 
 
-def _nearest_rigid(T: np.ndarray, path: Path) -> np.ndarray:
-    U, _, Vt = np.linalg.svd(T[:3, :3])
-    R = U @ Vt
-    if np.abs(R - T[:3, :3]).max() > RIGID_AFTER_TEXT or np.linalg.det(R) < 0 or (T[3] != [0, 0, 0, 1]).any():
-        raise Refusal(f"{shown(path)} holds a matrix that is no rotation and translation: check how it was written.")
-    T = T.copy()
-    T[:3, :3] = R
-    return check_rigid(T)
-
-
-def read_camera(path: Path) -> PinholeCamera:
-    """Read intrinsics from JSON: Open3D's form (intrinsic_matrix of nine numbers, column after column), or plain names
-    (width, height, fx, fy, cx, cy; a RealSense writes ppx, ppy).
-
-    Raises
-    ------
-    Refusal
-        If it is neither.
-    """
+def _rigid(T: np.ndarray, path: Path) -> np.ndarray:
+    """The rigid matrix that one written with few digits stands for; Refusal where none is near."""
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-        K = found.get("intrinsic_matrix")
-        fx, fy, cx, cy = (
-            (K[0], K[4], K[6], K[7])
-            if K is not None
-            else (found["fx"], found["fy"], found.get("cx", found.get("ppx")), found.get("cy", found.get("ppy")))
-        )
-        return PinholeCamera(int(found["width"]), int(found["height"]), fx, fy, cx, cy, source=f"read from {path.name}")
-    except (ValueError, KeyError, IndexError, TypeError, AttributeError) as error:
-        raise Refusal(
-            f"{shown(path)} holds no intrinsics that the course reads: give JSON with width, height, fx, fy, cx, cy."
-        ) from error
+        return nearest_rigid(T)
+    except ValueError as error:
+        why = str(error).removeprefix("T: ")
+        raise Refusal(f"{shown(path)} holds a matrix that is no rotation and translation: {why}") from error

@@ -10,6 +10,7 @@ from typing import Any
 from course_lib.camera.pinhole import PinholeCamera, preset
 from course_lib.camera.rgbd import find_encoding
 from course_lib.notebook import _places, _poses, _stored, files
+from course_lib.notebook._camera_files import read_camera
 from course_lib.notebook._catalog import Entry, RemoteFile
 from course_lib.notebook._dataset import Dataset, Parts, described, raw_of, with_frames
 from course_lib.notebook._errors import DataDamaged, DataMissing
@@ -86,7 +87,7 @@ def camera_of(entry: Entry, paths: dict[str, Path]) -> PinholeCamera:
     if "preset" in given:
         camera = preset(given["preset"])
     elif "file" in given:
-        camera = _poses.read_camera(paths[given["file"]])
+        camera = read_camera(paths[given["file"]])
     else:
         camera = PinholeCamera(**given)
     return replace(camera, source=entry.camera_source)

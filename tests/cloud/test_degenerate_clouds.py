@@ -5,6 +5,8 @@ What the right answer *is* stands in the tests of each topic. Here nothing may c
 
 from __future__ import annotations
 
+import array
+import dataclasses
 import warnings
 from collections.abc import Callable, Iterable
 from typing import Any
@@ -12,7 +14,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from course_lib.cloud import clusters, downsample, floors, neighbours, normals, outliers, planes
+from course_lib.camera import pinhole
+from course_lib.cloud import clusters, downsample, floors, neighbours, normals, outliers, planes, pointcloud
+from course_lib.geometry import transforms
 from course_lib.registration import icp
 
 RNG = np.random.default_rng(4)
@@ -107,3 +111,28 @@ def arrays(answer: Any) -> Iterable[np.ndarray]:
     elif isinstance(answer, Iterable) and not isinstance(answer, str):
         for part in answer:
             yield from arrays(part)
+
+
+def test_a_cloud_where_points_are_wanted_and_none_for_a_pose():
+    cloud = pointcloud.PointCloud(np.ones((5, 3)))
+    with pytest.raises(ValueError, match="points: expected real numbers, got PointCloud; give its .points."):
+        downsample.voxel_downsample(cloud, 0.1)
+    with pytest.raises(ValueError, match="points: expected real numbers, got PointCloud; give its .points."):
+        transforms.apply(np.eye(4), cloud)
+    with pytest.raises(ValueError, match="T: expected real numbers, got NoneType; give a numeric array."):
+        transforms.apply(None, cloud.points)
+
+
+def test_floats_that_are_millimetres_are_refused_at_any_fraction():
+    depth = np.full((48, 64), 1600.0) * 0.9997
+    with pytest.raises(ValueError, match="depth: a median of 1599.52 looks like millimetres"):
+        pinhole.deproject(depth, pinhole.PinholeCamera(64, 48, 50, 50, 31.5, 23.5))
+
+
+def test_a_message_whose_data_is_a_list_is_refused_in_one_sentence():
+    message = pointcloud.to_message(np.zeros(3, pointcloud.point_type("PointXYZ")))
+    listed = dataclasses.replace(message, data=list(message.data))
+    with pytest.raises(ValueError, match="message: data is a list; give bytes, as bytes.data. makes of a list."):
+        pointcloud.message_to_xyz(listed)
+    as_ros2 = dataclasses.replace(message, data=array.array("B", message.data))
+    assert pointcloud.message_to_xyz(as_ros2).shape == (3, 3)

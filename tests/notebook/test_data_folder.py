@@ -124,6 +124,10 @@ def test_an_open3d_trajectory(tmp_path):
     (folder / "trajectory.log").write_text(one.format(0) + one.format(2))
     assert data.from_folder(folder).poses[1][0, 3] == 2
     (folder / "trajectory.log").write_text(one.format(0))
+    dataset = data.from_folder(folder)
+    assert dataset.poses[0] is not None and dataset.poses[1] is None and dataset.frames[1].T_world_camera is None
+    assert dataset.title.endswith("; 1 of 2 frames have no pose in trajectory.log")
+    (folder / "trajectory.log").write_text(one.format(0).replace("0 0 1\n", "7 7 8\n", 1))
     with pytest.raises(Refusal, match="trajectory.log has 1 poses and there are 2 frames: they must agree"):
         data.from_folder(folder)
 

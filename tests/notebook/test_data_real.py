@@ -9,7 +9,7 @@ import pytest
 from data_helpers import MIRROR, needs_mirror
 
 from course_lib.geometry import transforms
-from course_lib.notebook import _catalog, _poses, _real, data, files
+from course_lib.notebook import _camera_files, _catalog, _poses, _real, data, files
 from course_lib.notebook._errors import DataDamaged, Refusal
 from course_lib.surface.metrics import nearest_distances
 
@@ -235,9 +235,9 @@ def test_every_file_of_the_mirror_is_the_catalogues(name):
         ("0 0 1\n1 0 0 0\n", _poses.read_log, "is cut short or no .log: five lines a frame"),
         ("0 0 1\n2 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n", _poses.read_log, "is no rotation and translation"),
         ("0 0 1\nx 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n", _poses.read_log, "holds a word where a number was expected"),
-        ("{", _poses.read_camera, "holds no intrinsics that the course reads: give JSON with width"),
-        ('{"width": 4}', _poses.read_camera, "holds no intrinsics"),
-        ("[1]", _poses.read_camera, "holds no intrinsics"),
+        ("{", _camera_files.read_camera, "holds no intrinsics that the course reads: give JSON with width"),
+        ('{"width": 4}', _camera_files.read_camera, "holds no intrinsics"),
+        ("[1]", _camera_files.read_camera, "holds no intrinsics"),
     ],
 )
 def test_bad_text_files_are_one_sentence(tmp_path, text, read, says):
@@ -257,7 +257,7 @@ def test_a_binary_trajectory_is_one_sentence(tmp_path):
 def test_plain_and_realsense_intrinsics(tmp_path):
     path = tmp_path / "camera.json"
     path.write_text('{"width": 4, "height": 3, "fx": 5, "fy": 6, "ppx": 1.5, "ppy": 1.0}')
-    camera = _poses.read_camera(path)
+    camera = _camera_files.read_camera(path)
     assert (camera.cx, camera.cy, camera.source) == (1.5, 1.0, "read from camera.json")
 
 
