@@ -21,7 +21,7 @@ from .bootstrap.environment import is_ready
 from .bootstrap.messages import Verdict
 from .bootstrap.platform_facts import facts
 from .bootstrap.report import basic_verdicts, print_verdicts
-from .bootstrap.system_libraries import library_command, linux_family, missing_libraries
+from .bootstrap.system_libraries import library_command, missing_libraries
 from .installed import differences, locked_versions
 from .start import PORT
 
@@ -110,7 +110,7 @@ def _rendering(tree: Tree) -> Iterator[Verdict]:
         yield Verdict("rendering", True, f"PyVista draws ({why})")
         return
     vital, drawing = missing_libraries(facts())
-    line = library_command([*vital, *drawing], linux_family())
+    line = library_command(vital + drawing)
     yield Verdict("rendering", None, f"matplotlib draws clouds and meshes ({why})", line)
 
 

@@ -3,6 +3,7 @@
 import base64
 import configparser
 import html.parser
+import http.client
 import json
 import os
 import re
@@ -157,6 +158,15 @@ def open_url(url: str, index: Index, **headers: str) -> Any:
     if secret:
         request.add_unredirected_header("Authorization", secret)
     return urllib.request.build_opener(*handlers).open(request, timeout=30)
+
+
+def not_answering(index: Index) -> Optional[Exception]:
+    """What is in the way of asking the index; None where it answers."""
+    try:
+        with open_url(index.url.rstrip("/") + "/uv/", index):
+            return None
+    except (OSError, http.client.HTTPException) as error:  # a URLError is an OSError
+        return error
 
 
 class _Links(html.parser.HTMLParser):
