@@ -17,7 +17,6 @@ from course_lib.authoring.prove import (
     Skipped,
     copy_notebooks,
     pytest_words,
-    skipped_line,
 )
 from course_lib.authoring.tree import Tree
 from course_lib.notebook._errors import Refusal
@@ -106,14 +105,14 @@ def test_copies_leave_the_stored_notebooks_alone(tmp_path: Path) -> None:
 
 def test_what_was_skipped_is_counted_and_explained(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("COURSE_DATA_MIRROR", raising=False)
-    assert skipped_line(Skipped(12, 4, ("tum_pair",))) == (
+    assert Skipped(12, 4, ("tum_pair",)).line == (
         "12 real-data cells in 4 notebooks skipped: COURSE_DATA_MIRROR is not set"
     )
     monkeypatch.setenv("COURSE_DATA_MIRROR", "stick")
-    assert skipped_line(Skipped(1, 1, ("sun_pair", "tum_pair"))) == (
+    assert Skipped(1, 1, ("sun_pair", "tum_pair")).line == (
         "1 real-data cell in 1 notebook skipped: stick and the cache lack sun_pair, tum_pair"
     )
-    assert skipped_line(Skipped(0, 0, ())) == ""
+    assert Skipped(0, 0, ()).line == ""
 
 
 @pytest.mark.slow
