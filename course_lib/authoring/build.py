@@ -10,6 +10,7 @@ from pathlib import Path
 
 from nbformat import NotebookNode
 
+from course_lib.notebook._cells import real_datasets
 from course_lib.notebook._errors import Refusal
 
 from . import notebooks as nbs
@@ -55,7 +56,7 @@ def _stored_for_missing(
     stored = {cell.id: cell for cell in old.cells if cell.cell_type == "code"} if old else {}
     kept = {}
     for cell in nb.cells:
-        names = set(nbs.real_datasets(cell.source)) & missing if cell.cell_type == "code" else set()
+        names = set(real_datasets(cell.source)) & missing if cell.cell_type == "code" else set()
         if not names:
             continue
         before = stored.get(cell.id)

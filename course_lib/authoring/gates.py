@@ -11,6 +11,8 @@ from typing import Literal
 
 from nbformat import NotebookNode
 
+from course_lib.notebook._cells import real_datasets
+
 from . import notebooks as nbs
 from .frame import lab_frame, lesson_frame
 from .links import anchors, dead_links, images_without_alt
@@ -197,7 +199,7 @@ def executed(checked: Checked) -> Iterator[str]:
 def real_data(checked: Checked) -> Iterator[str]:
     """The tag real-data without the line that names the datasets, or the line without the tag."""
     for n, cell in checked.code():
-        names, tagged = nbs.real_datasets(cell.source), "real-data" in nbs.cell_tags(cell)
+        names, tagged = real_datasets(cell.source), "real-data" in nbs.cell_tags(cell)
         if tagged and not names:
             yield checked.at(n, "it is tagged real-data: its first line must be `# real data: NAME`")
         if names and not tagged:

@@ -18,7 +18,6 @@ import numpy as np
 
 from course_lib.notebook import _places
 from course_lib.notebook._atomic import atomic_folder, locked
-from course_lib.notebook._bar import Bar
 from course_lib.notebook._catalog import Entry
 from course_lib.notebook._errors import DataDamaged, Refusal
 from course_lib.notebook._stored import MANIFEST, is_whole, sha256, write
@@ -141,7 +140,8 @@ def make(entry: Entry, seed: int | None = None) -> tuple[Path, dict[str, Any]]:
         except DataDamaged:
             recipe = recipe_of(entry)
         made_by = code()
-        with atomic_folder(folder, SPACE_BYTES) as partial, Bar(f"making {entry.name} (first use only)") as step:
+        title = f"making {entry.name} (first use only)"
+        with atomic_folder(folder, SPACE_BYTES) as partial, _places.Bar(title) as step:
             output = recipe.make(seed, step)
             about = {"name": entry.name, "recipe": entry.recipe, "version": entry.version, "seed": seed}
             about |= {"fingerprint": fingerprint(entry, seed), "made_by": made_by}
