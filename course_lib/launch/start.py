@@ -61,7 +61,9 @@ def start(tree: Tree, lesson: str | None, port: int, *, browser: bool) -> int:
             my_work.sign(tree)  # while the server starts
             if child:
                 there = server.wait_until_it_answers(tree, child, page)
-                compiling = _compile_loops()
+                # loops are compiled while the learner reads the start page; at once done where they are
+                words, nothing = [sys.executable, "-P", "-m", compiled.__name__], subprocess.DEVNULL
+                compiling = subprocess.Popen(words, stdin=nothing, stdout=nothing, stderr=nothing)
         _tell(there, page, port, mine=child is not None)
         if browser:
             _open(tree, there.address(page))
@@ -82,13 +84,6 @@ def start(tree: Tree, lesson: str | None, port: int, *, browser: bool) -> int:
         for process in (child, compiling):
             if process and process.poll() is None:
                 process.kill()
-
-
-def _compile_loops() -> subprocess.Popen[bytes]:
-    """Compile the course's loops while the learner reads the start page; at once done where they are."""
-    words = [sys.executable, "-P", "-m", compiled.__name__]
-    nothing = subprocess.DEVNULL
-    return subprocess.Popen(words, stdin=nothing, stdout=nothing, stderr=nothing)
 
 
 def start_page(tree: Tree, lesson: str | None) -> str:

@@ -39,15 +39,13 @@ def live() -> bool:
     return not quiet() and (in_kernel() or bool(sys.stderr and sys.stderr.isatty()))
 
 
-@functools.cache
-def _once(sentence: str) -> None:
-    print(sentence, file=sys.stderr)
-
-
-def notice(sentence: str, *, again: bool = True) -> None:
-    """Print one sentence to stderr, unless COURSE_QUIET=1; with ``again=False`` only once in a process."""
+def notice(sentence: str) -> None:
+    """Print one sentence to stderr, unless COURSE_QUIET=1."""
     if not quiet():
-        _once(sentence) if not again else print(sentence, file=sys.stderr)
+        print(sentence, file=sys.stderr)
+
+
+_once = functools.cache(notice)
 
 
 def mirror() -> Path | None:
@@ -90,7 +88,7 @@ def writable_root() -> Path:
         refused = _try(root)
         if refused is None:
             if root != roots[0]:
-                notice(f"{shown(roots[0])} is read-only here, so the data go to {root}.", again=False)
+                _once(f"{shown(roots[0])} is read-only here, so the data go to {root}.")
             return root
     if os.environ.get("COURSE_CACHE"):
         raise CannotWrite(f"COURSE_CACHE names {roots[0]}, which cannot be written: name another folder with it.")
