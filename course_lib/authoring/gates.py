@@ -150,20 +150,13 @@ def noise(checked: Checked) -> list[str]:
 
 def paths(checked: Checked) -> Iterator[str]:
     """A path of the machine that built it."""
-    own = [str(checked.tree.root.resolve()), str(Path.home())]
-    own = [place for place in own if len(place) > 5]
+    own = [re.escape(place) for place in (str(checked.tree.root.resolve()), str(Path.home())) if len(place) > 5]
+    absolute = re.compile("|".join([_PATH.pattern, *own]))
     for n, cell in enumerate(checked.nb.cells):
         texts = [cell.source, *(_texts(cell) if cell.cell_type == "code" else ())]
-        for text in texts:
-            match = _PATH.search(text)
-            place = (
-                text[match.start() : match.start() + 40].split()[0]
-                if match
-                else next((place for place in own if place in text), None)
-            )
-            if place:
-                yield checked.at(n, f"an absolute path: {place}")
-                break
+        match = next(filter(None, map(absolute.search, texts)), None)
+        if match:
+            yield checked.at(n, f"an absolute path: {match.string[match.start() :][:40].split()[0]}")
 
 
 def errors(checked: Checked) -> Iterator[str]:

@@ -51,9 +51,8 @@ def kernel_environment(root: Path, private: Path, *, strict: bool = False) -> di
     strict : make `check` raise where a task is not solved.
     """
     environment = {key: value for key, value in os.environ.items() if key not in ("COURSE_STRICT", "PYTHONSTARTUP")}
-    inherited = environment.get("PYTHONPATH")
     environment.update(
-        PYTHONPATH=os.pathsep.join([str(root), *([inherited] if inherited else [])]),
+        PYTHONPATH=os.pathsep.join(filter(None, [str(root), os.environ.get("PYTHONPATH")])),
         PYTHONHASHSEED="0",
         PYTHONUTF8="1",
         PYDEVD_DISABLE_FILE_VALIDATION="1",

@@ -59,7 +59,9 @@ def check(task_id: str, function: Callable[..., Any]) -> Card:
     strict = os.environ.get("COURSE_STRICT", "") not in ("", "0")
     refused = _refused(task, function) or forbidden(task, function)
     if refused:
-        return _fail(task, refused, strict)
+        if strict:
+            raise CheckFailed(f"{task.label}: {refused}") from None
+        return Card("failed", task.label, "not yet", (refused,))
     load = _loader(task)
     if task.data and load is None:
         get = f"Get them with: python3 course.py data get {' '.join(task.data)}"
@@ -70,7 +72,9 @@ def check(task_id: str, function: Callable[..., Any]) -> Card:
     if result.status == "not started":
         if strict:
             raise NotImplementedError(task.label) from None
-        return _not_started(task)
+        call = task.signature.removeprefix("def ").rstrip(":")
+        line = f"Replace the `raise` line in `{call}`, run that cell, then this one."
+        return Card("not started", task.label, f"not started yet · {_points(task.points)}", (line,))
     if result.passed:
         _failures.pop(task.id, None)
         return _passed(result, outcomes)
@@ -118,20 +122,8 @@ def _loader(task: tasks.Task) -> Callable[..., Any] | None:
     return data.load if all(data.available(name) for name in task.data) else None
 
 
-def _fail(task: tasks.Task, sentence: str, strict: bool) -> Card:
-    if strict:
-        raise CheckFailed(f"{task.label}: {sentence}") from None
-    return Card("failed", task.label, "not yet", (sentence,))
-
-
 def _points(points: float) -> str:
     return f"{points:g} {'point' if points == 1 else 'points'}"
-
-
-def _not_started(task: tasks.Task) -> Card:
-    call = task.signature.removeprefix("def ").rstrip(":")
-    line = f"Replace the `raise` line in `{call}`, run that cell, then this one."
-    return Card("not started", task.label, f"not started yet · {_points(task.points)}", (line,))
 
 
 _COUNTED = ("%", "wrong", "points")

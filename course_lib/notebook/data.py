@@ -93,11 +93,7 @@ def prepare(names: str | Iterable[str]) -> None:
 class Card(str):
     """The card of a dataset: Markdown in a notebook, plain text elsewhere."""
 
-    def __repr__(self) -> str:
-        return str(self)
-
-    def _repr_markdown_(self) -> str:
-        return str(self)
+    __repr__ = _repr_markdown_ = str.__str__
 
 
 def describe(name: str) -> Card:

@@ -200,10 +200,10 @@ def unreachable(index: Index, reason: object) -> Stop:
     reason = getattr(reason, "reason", None) or reason
     reason = getattr(reason, "strerror", None) or reason
     if "CERTIFICATE_VERIFY_FAILED" in str(reason):
-        told = "name the file of your institution's certificates"
         return Stop(
             "index",
-            f"The certificate of the package index {without_secret(index.url)} is not trusted here: {told}.",
+            f"The certificate of the package index {without_secret(index.url)} is not trusted here: name the file of "
+            "your institution's certificates.",
             with_variable("SSL_CERT_FILE", "/path/to/certificates.pem"),
         )
     told = str(reason) or type(reason).__name__
