@@ -113,11 +113,6 @@ def _terms(prose: str) -> list[str]:
     return list(dict.fromkeys(term.lower() for term in found if len(term.split()) <= 5 and term[-1] not in ".?!:"))
 
 
-def _key_points(prose: str) -> int:
-    before = re.split(r"words to know", prose, maxsplit=1, flags=re.I)[0]
-    return len(re.findall(r"^(?:[-*+]|\d+[.)])\s", before, flags=re.M))
-
-
 def _title(parts: list[Part], wanted: str) -> Iterator[str]:
     if not re.fullmatch(rf"# {wanted}\s+\S.*", parts[0].heading if parts else ""):
         yield f"it must start with the heading `# {wanted} Title`"
@@ -195,7 +190,9 @@ def lesson_frame(nb: NotebookNode, name: str) -> Iterator[str]:
         yield from _order(parts, FULL)
         yield from _content(core)
     for part in core:
-        if part.heading == "Key points" and (points := _key_points(part.prose)) > MOST_KEY_POINTS:
+        before, *_ = re.split(r"words to know", part.prose, maxsplit=1, flags=re.I)
+        points = len(re.findall(r"^(?:[-*+]|\d+[.)])\s", before, flags=re.M))
+        if part.heading == "Key points" and points > MOST_KEY_POINTS:
             yield f"{points} key points, more than {MOST_KEY_POINTS}"
     minutes = _reading_minutes(core)
     if minutes > LESSON_MINUTES:
