@@ -65,17 +65,13 @@ def rendering() -> tuple[str, str]:
 
 def missing_libraries() -> list[str]:
     """Name the OpenGL libraries that VTK needs on Linux and this machine lacks."""
-    if not sys.platform.startswith("linux"):
-        return []
-    return [name for name in _LIBRARIES if not _loads(name)]
-
-
-def _loads(library: str) -> bool:
-    try:
-        ctypes.CDLL(library)
-    except OSError:
-        return False
-    return True
+    missing = []
+    for name in _LIBRARIES if sys.platform.startswith("linux") else ():
+        try:
+            ctypes.CDLL(name)
+        except OSError:
+            missing.append(name)
+    return missing
 
 
 def probe(seconds: float = PROBE_SECONDS) -> str:

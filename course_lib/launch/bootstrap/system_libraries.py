@@ -18,7 +18,7 @@ OPEN3D_NEEDS = {
     "aarch64": ["libgfortran.so.5"],
     "": ["libEGL.so.1", "libGL.so.1", "libX11.so.6", "libidn2.so.0", "libstdc++.so.6", "libgcc_s.so.1", "libz.so.1"],
 }
-# One row a library: its package on Debian/Ubuntu (tried), Fedora, openSUSE, Arch (these three untested).
+# A row a library, and the sandbox: its package on Debian/Ubuntu (tried), Fedora, openSUSE, Arch (these three untested).
 PACKAGES = {
     "libusb-1.0.so.0": ("libusb-1.0-0", "libusb1", "libusb-1_0-0", "libusb"),
     "libudev.so.1": ("libudev1", "systemd-libs", "libudev1", "systemd-libs"),
