@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import time
 from collections.abc import Callable, Iterable
@@ -9,6 +10,7 @@ from pathlib import Path
 
 from nbformat import NotebookNode
 
+from course_lib.notebook._cells import real_datasets
 from course_lib.notebook._errors import Refusal
 
 from . import notebooks as nbs
@@ -47,14 +49,6 @@ def exercise_from(solution: NotebookNode) -> NotebookNode:
     return nbs.notebook_of(cells)
 
 
-def _old(path: Path) -> NotebookNode | None:
-    """The notebook that stands there now; None where there is none, or it is beyond reading."""
-    try:
-        return nbs.read_notebook(path)
-    except CourseError:
-        return None
-
-
 def _stored_for_missing(
     nb: NotebookNode, old: NotebookNode | None, missing: set[str], source: Source
 ) -> dict[str, list[NotebookNode]]:
@@ -62,7 +56,7 @@ def _stored_for_missing(
     stored = {cell.id: cell for cell in old.cells if cell.cell_type == "code"} if old else {}
     kept = {}
     for cell in nb.cells:
-        names = set(nbs.real_datasets(cell.source)) & missing if cell.cell_type == "code" else set()
+        names = set(real_datasets(cell.source)) & missing if cell.cell_type == "code" else set()
         if not names:
             continue
         before = stored.get(cell.id)
@@ -107,7 +101,9 @@ def build(
     """
     nb = nbs.read_source(source.path)
     missing = prepare(nb)
-    old = _old(source.notebook)
+    old = None
+    with contextlib.suppress(CourseError):  # there is none, or it is beyond reading
+        old = nbs.read_notebook(source.notebook)
     kept = _stored_for_missing(nb, old, missing, source)
     try:
         execute(nb, tree.root, strict=source.kind == "lab")
@@ -142,11 +138,6 @@ def _differences(stored: NotebookNode, wanted: NotebookNode) -> list[str]:
     return found
 
 
-def _never_run(stored: NotebookNode) -> list[str]:
-    counts = [cell.execution_count for cell in stored.cells if cell.cell_type == "code"]
-    return [] if counts == list(range(1, len(counts) + 1)) else ["was not executed from top to bottom"]
-
-
 def check_agreement(source: Source, tree: Tree) -> list[str]:
     """Prove, without executing, that the stored notebooks of one source are what it gives.
 
@@ -160,8 +151,10 @@ def check_agreement(source: Source, tree: Tree) -> list[str]:
     path = source.notebook
     try:
         stored = nbs.read_notebook(path)
-        lines = _differences(stored, wanted) + _never_run(stored) + _not_canonical(path, stored)
-        found += [(path, line) for line in lines]
+        lines = _differences(stored, wanted)
+        counts = [cell.execution_count for cell in stored.cells if cell.cell_type == "code"]
+        lines += [] if counts == list(range(1, len(counts) + 1)) else ["was not executed from top to bottom"]
+        found += [(path, line) for line in lines + _not_canonical(path, stored)]
         if source.exercise is not None:
             path = source.exercise
             exercise, given = nbs.read_notebook(path), exercise_from(wanted if found else stored)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 from nbformat import NotebookNode
@@ -18,9 +18,10 @@ START_CODE_CELLS, START_TERMS = 8, 6  # lesson 00
 TASK_MINUTES, SOLUTION_LINE_MINUTES = 3.0, 0.5  # to understand a task and run its check; to write one line of it
 FEWEST_TASKS, MOST_TASKS, FEWEST_HINTS = 4, 6, 2
 
-CORE = ("Report against reality", "Break it", "On real data", "Key points", "Your own camera", "To the lab")
 END = "To the lab"
-AFTER = "Going further"
+CORE = ("Report against reality", "Break it", "On real data", "Key points", "Your own camera", END)
+FULL = ("Card", "sections", *CORE, "Going further")
+START = ("Card", "sections", "Key points", END)  # lesson 00
 
 _FENCE = re.compile(r"```.*?```", re.S)
 _CONCEPT = re.compile(r"<summary>(?:(?!</summary>).)*\b(?:answer|vote)\b", re.I | re.S)
@@ -112,26 +113,21 @@ def _terms(prose: str) -> list[str]:
     return list(dict.fromkeys(term.lower() for term in found if len(term.split()) <= 5 and term[-1] not in ".?!:"))
 
 
-def _key_points(prose: str) -> int:
-    before = re.split(r"words to know", prose, maxsplit=1, flags=re.I)[0]
-    return len(re.findall(r"^(?:[-*+]|\d+[.)])\s", before, flags=re.M))
-
-
 def _title(parts: list[Part], wanted: str) -> Iterator[str]:
     if not re.fullmatch(rf"# {wanted}\s+\S.*", parts[0].heading if parts else ""):
         yield f"it must start with the heading `# {wanted} Title`"
 
 
-def _order(parts: list[Part]) -> Iterator[str]:
-    """Which headings of the frame are missing, out of order, or unknown."""
+def _order(parts: list[Part], wanted: Sequence[str]) -> Iterator[str]:
+    """Which headings of a frame are missing or out of order, and, where it is the full one, unknown."""
     names = [part.heading for part in parts[1:]]
     sections = [part.number for part in parts if part.number is not None]
-    wanted = ["Card", "sections", *CORE, AFTER]
     present = ["sections" if part.number is not None else part.heading for part in parts[1:]]
     present = [name for n, name in enumerate(present) if n == 0 or name != "sections" or present[n - 1] != "sections"]
     yield from (f"the part `## {name}` is missing" for name in wanted if name not in present)
-    unknown = dict.fromkeys(name for name in present if name not in wanted)
-    yield from (f"`## {name}` is no part of a lesson's frame" for name in unknown)
+    if wanted == FULL:
+        unknown = dict.fromkeys(name for name in present if name not in wanted)
+        yield from (f"`## {name}` is no part of a lesson's frame" for name in unknown)
     known = [name for name in present if name in wanted]
     if known != sorted(known, key=wanted.index) or len(set(known)) != len(known):
         yield f"its parts are out of order: {', '.join(names)}"
@@ -139,15 +135,8 @@ def _order(parts: list[Part]) -> Iterator[str]:
         yield f"its sections are numbered {sections}"
 
 
-def _start_frame(parts: list[Part], core: list[Part]) -> Iterator[str]:
-    """Lesson 00 has fewer parts and tighter limits."""
-    names = [part.heading for part in parts]
-    present = ["sections" if part.number is not None else part.heading for part in parts]
-    wanted = ("Card", "sections", "Key points", END)
-    yield from (f"the part `## {name}` is missing" for name in wanted if name not in present)
-    places = [present.index(name) for name in wanted if name in present]
-    if places != sorted(places):
-        yield f"its parts are out of order: {', '.join(names[1:])}"
+def _start_content(core: list[Part]) -> Iterator[str]:
+    """Lesson 00 has tighter limits."""
     cells = sum(len(part.code) for part in core)
     if cells > START_CODE_CELLS:
         yield f"{cells} code cells, more than {START_CODE_CELLS}"
@@ -195,12 +184,15 @@ def lesson_frame(nb: NotebookNode, name: str) -> Iterator[str]:
     if not parts[0].figures:
         yield "no picture between its title and its card"
     if name[:2] == "00":
-        yield from _start_frame(parts, core)
+        yield from _order(parts, START)
+        yield from _start_content(core)
     else:
-        yield from _order(parts)
+        yield from _order(parts, FULL)
         yield from _content(core)
     for part in core:
-        if part.heading == "Key points" and (points := _key_points(part.prose)) > MOST_KEY_POINTS:
+        before, *_ = re.split(r"words to know", part.prose, maxsplit=1, flags=re.I)
+        points = len(re.findall(r"^(?:[-*+]|\d+[.)])\s", before, flags=re.M))
+        if part.heading == "Key points" and points > MOST_KEY_POINTS:
             yield f"{points} key points, more than {MOST_KEY_POINTS}"
     minutes = _reading_minutes(core)
     if minutes > LESSON_MINUTES:

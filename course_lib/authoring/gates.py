@@ -11,6 +11,8 @@ from typing import Literal
 
 from nbformat import NotebookNode
 
+from course_lib.notebook._cells import real_datasets
+
 from . import notebooks as nbs
 from .frame import lab_frame, lesson_frame
 from .links import anchors, dead_links, images_without_alt
@@ -148,20 +150,13 @@ def noise(checked: Checked) -> list[str]:
 
 def paths(checked: Checked) -> Iterator[str]:
     """A path of the machine that built it."""
-    own = [str(checked.tree.root.resolve()), str(Path.home())]
-    own = [place for place in own if len(place) > 5]
+    own = [re.escape(place) for place in (str(checked.tree.root.resolve()), str(Path.home())) if len(place) > 5]
+    absolute = re.compile("|".join([_PATH.pattern, *own]))
     for n, cell in enumerate(checked.nb.cells):
         texts = [cell.source, *(_texts(cell) if cell.cell_type == "code" else ())]
-        for text in texts:
-            match = _PATH.search(text)
-            place = (
-                text[match.start() : match.start() + 40].split()[0]
-                if match
-                else next((place for place in own if place in text), None)
-            )
-            if place:
-                yield checked.at(n, f"an absolute path: {place}")
-                break
+        match = next(filter(None, map(absolute.search, texts)), None)
+        if match:
+            yield checked.at(n, f"an absolute path: {match.string[match.start() :][:40].split()[0]}")
 
 
 def errors(checked: Checked) -> Iterator[str]:
@@ -197,7 +192,7 @@ def executed(checked: Checked) -> Iterator[str]:
 def real_data(checked: Checked) -> Iterator[str]:
     """The tag real-data without the line that names the datasets, or the line without the tag."""
     for n, cell in checked.code():
-        names, tagged = nbs.real_datasets(cell.source), "real-data" in nbs.cell_tags(cell)
+        names, tagged = real_datasets(cell.source), "real-data" in nbs.cell_tags(cell)
         if tagged and not names:
             yield checked.at(n, "it is tagged real-data: its first line must be `# real data: NAME`")
         if names and not tagged:

@@ -11,8 +11,6 @@ from course_lib.notebook.lessons import lessons
 
 from .tree import CourseError, Tree
 
-__all__ = ["stale", "write_generated"]
-
 _WORD = re.compile(r"((?:<a id=\"[^\"]+\"></a>)+)\*\*([^*]+)\*\* — .+")
 
 

@@ -7,8 +7,6 @@ import os
 import re
 import sys
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import ipykernel.kernelspec
@@ -53,9 +51,8 @@ def kernel_environment(root: Path, private: Path, *, strict: bool = False) -> di
     strict : make `check` raise where a task is not solved.
     """
     environment = {key: value for key, value in os.environ.items() if key not in ("COURSE_STRICT", "PYTHONSTARTUP")}
-    inherited = environment.get("PYTHONPATH")
     environment.update(
-        PYTHONPATH=os.pathsep.join([str(root), *([inherited] if inherited else [])]),
+        PYTHONPATH=os.pathsep.join(filter(None, [str(root), os.environ.get("PYTHONPATH")])),
         PYTHONHASHSEED="0",
         PYTHONUTF8="1",
         PYDEVD_DISABLE_FILE_VALIDATION="1",
@@ -65,15 +62,6 @@ def kernel_environment(root: Path, private: Path, *, strict: bool = False) -> di
     if strict:
         environment["COURSE_STRICT"] = "1"
     return environment
-
-
-@contextmanager
-def _workplace() -> Iterator[Path]:
-    """A folder with an empty one to run in (a cell must not rely on where it runs) and a private one for IPython."""
-    with tempfile.TemporaryDirectory(prefix="course-", ignore_cleanup_errors=True) as name:
-        for part in ("run", "ipython"):
-            (Path(name) / part).mkdir()
-        yield Path(name)
 
 
 def _line_in_cell(traceback: str) -> int:
@@ -107,7 +95,13 @@ def execute(
         If a cell raises (and is not tagged raises-exception), takes too long, or kills its kernel.
     """
     metadata = copy.deepcopy(nb.metadata)
-    with _workplace() as folder, open(folder / "kernel.txt", "w+", encoding="utf-8") as said:
+    with (
+        tempfile.TemporaryDirectory(prefix="course-", ignore_cleanup_errors=True) as name,
+        tempfile.TemporaryFile("w+", encoding="utf-8") as said,
+    ):
+        folder = Path(name)
+        for part in ("run", "ipython"):  # an empty one (a cell must not rely on where it runs), and IPython's own
+            (folder / part).mkdir()
         manager = AsyncKernelManager(
             kernel_name="python3",
             kernel_spec_manager=_ThisEnvironment(),

@@ -9,8 +9,6 @@ from urllib.parse import unquote, urlsplit
 
 import nbformat
 
-__all__ = ["anchors", "dead_links", "images_without_alt"]
-
 _CODE = re.compile(r"```.*?```|`[^`\n]*`", re.S)
 _LINK = re.compile(
     r"(?P<image>!?)\[(?P<text>(?:[^\[\]]|\[[^\]]*\])*)\]\(\s*<?(?P<to>[^)\s>]*)>?(?:\s+\"[^\"]*\")?\s*\)"
@@ -20,43 +18,30 @@ _IMG = re.compile(r"<img\b[^>]*>", re.I)
 _ELSEWHERE = re.compile(r"^(?:[a-z][a-z0-9+.-]*:|//)", re.I)
 
 
-def _without_code(markdown: str) -> str:
-    return _CODE.sub("", markdown)
-
-
 def images_without_alt(markdown: str) -> list[str]:
     """The images of a text that say nothing to someone who cannot see them."""
-    text = _without_code(markdown)
+    text = _CODE.sub("", markdown)
     silent = [m["to"] for m in _LINK.finditer(text) if m["image"] and not m["text"].strip()]
     silent += [tag[:60] for tag in _IMG.findall(text) if not re.search(r"\balt\s*=\s*([\"'])\s*(?!\1)\S", tag)]
     return silent
 
 
-def slugs(heading: str) -> set[str]:
-    """What a heading is called in a link: on GitHub (small letters) and in Jupyter (as written)."""
-    plain = re.sub(r"\[([^\]]*)\]\([^)]*\)|[*`]", r"\1", heading).strip()
-    github = re.sub(r"[^\w\- ]", "", plain.lower()).replace(" ", "-")
-    return {github, plain.replace(" ", "-")}
-
-
 def anchors(markdown: str) -> set[str]:
-    """Every anchor that a text offers: its headings, and ids written in HTML."""
+    """Every anchor that a text offers: ids written in HTML, and its headings as GitHub and as Jupyter call them."""
     found = set(re.findall(r"<\w+[^>]*?\b(?:id|name)\s*=\s*[\"']([^\"']+)[\"']", markdown))
     for heading in re.findall(r"^#{1,6}\s+(.+?)\s*#*$", re.sub(r"```.*?```", "", markdown, flags=re.S), re.M):
-        found |= slugs(heading)
+        plain = re.sub(r"\[([^\]]*)\]\([^)]*\)|[*`]", r"\1", heading).strip()
+        found |= {re.sub(r"[^\w\- ]", "", plain.lower()).replace(" ", "-"), plain.replace(" ", "-")}
     return found
-
-
-def _text_of(path: Path) -> str:
-    if path.suffix == ".ipynb":
-        nb = nbformat.reads(path.read_text(encoding="utf-8"), as_version=4)
-        return "\n\n".join(cell.source for cell in nb.cells if cell.cell_type == "markdown")
-    return path.read_text(encoding="utf-8")
 
 
 @lru_cache(maxsize=256)
 def _anchors_of(path: Path, _changed: int) -> frozenset[str]:
-    return frozenset(anchors(_text_of(path)))
+    text = path.read_text(encoding="utf-8")
+    if path.suffix == ".ipynb":
+        cells = nbformat.reads(text, as_version=4).cells
+        text = "\n\n".join(cell.source for cell in cells if cell.cell_type == "markdown")
+    return frozenset(anchors(text))
 
 
 def _is_address(target: str) -> bool:
@@ -80,7 +65,7 @@ def dead_links(markdown: str, folder: Path, own_anchors: set[str]) -> list[str]:
     folder : the folder that relative links start from.
     own_anchors : the anchors of the whole notebook or page.
     """
-    text = _without_code(markdown)
+    text = _CODE.sub("", markdown)
     targets = [m["to"] for m in _LINK.finditer(text)] + [m["to"] for m in _HTML.finditer(text)]
     dead = []
     for target in targets:

@@ -8,9 +8,8 @@ from __future__ import annotations
 import contextlib
 import signal
 from collections.abc import Iterable, Sequence
-from multiprocessing import get_context
-from multiprocessing.connection import wait
-from multiprocessing.process import BaseProcess
+from concurrent.futures import ProcessPoolExecutor, wait
+from multiprocessing import active_children, get_context
 
 from nbformat import NotebookNode
 
@@ -48,21 +47,16 @@ def make_side_by_side(names: Sequence[str], workers: int) -> None:
     catalogue = _catalog.catalogue()
     known = [catalogue[name] for name in names if name in catalogue]
     waiting = [one.name for one in known if one.kind == "synthetic" and not _cache.find(one, one.seed)]
-    running: list[BaseProcess] = []
-    try:
-        while waiting or running:
-            while waiting and len(running) < workers:
-                one = get_context("spawn").Process(target=_make, args=(waiting.pop(0),))
-                before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # inherited: it does not hear Ctrl-C, we do
-                try:
-                    one.start()
-                finally:
-                    signal.signal(signal.SIGINT, before)
-                running.append(one)
-            wait([one.sentinel for one in running])
-            running = [one for one in running if one.is_alive()]
-    finally:
-        for one in running:
-            one.terminate()
-            one.join()
+    with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
+        before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # inherited: they do not hear Ctrl-C, we do
+        try:
+            try:
+                making = [pool.submit(_make, name) for name in waiting]
+            finally:
+                signal.signal(signal.SIGINT, before)
+            wait(making)
+        except KeyboardInterrupt:
+            for process in active_children():
+                process.terminate()
+            raise
     data.prepare(names)  # finds them made, or says why not

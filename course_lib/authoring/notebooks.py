@@ -14,6 +14,7 @@ import nbformat
 from nbformat import NotebookNode
 
 from course_lib.notebook._atomic import atomic_file
+from course_lib.notebook._cells import real_datasets
 
 from .tree import CourseError
 
@@ -31,7 +32,6 @@ _TASK = re.compile(
     r"\((?P<points>\d+)\s+points?(?:,[^)\n]*)?\)\s*$",
     re.M,
 )
-_REAL = re.compile(r"\A\s*#\s*real data:\s*(?P<names>.+)$", re.M)
 _HEADER = re.compile(r"\A# ---\n(?:#.*\n)*?# ---\n")  # jupytext's YAML: the notebook's metadata are ours
 _LOADED = re.compile(r"\bdata\.(?:load|describe)\(\s*[\"'](?P<name>[A-Za-z0-9_]+)[\"']")
 
@@ -63,12 +63,6 @@ def with_tasks(cells: Iterable[NotebookNode]) -> Iterator[tuple[NotebookNode, Ta
 def cell_tags(cell: NotebookNode) -> list[str]:
     """The tags of a cell, in their order."""
     return list(cell.metadata.get("tags", []))
-
-
-def real_datasets(source: str) -> tuple[str, ...]:
-    """The datasets that a cell's first line `# real data: a, b` names."""
-    match = _REAL.match(source)
-    return tuple(name.strip() for name in match["names"].split(",") if name.strip()) if match else ()
 
 
 def named_datasets(nb: NotebookNode) -> list[str]:

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from course_lib import compiled
+from course_lib.notebook._cells import real_datasets
+from course_lib.notebook._words import count
 
 from . import notebooks as nbs
 from . import proof_plugin
@@ -45,6 +47,15 @@ class Skipped:
     notebooks: int
     datasets: tuple[str, ...]
 
+    @property
+    def line(self) -> str:
+        """What was not compared, and why; "" where everything was."""
+        if not self.cells:
+            return ""
+        mirror = os.environ.get("COURSE_DATA_MIRROR")
+        why = f"{mirror} and the cache lack {', '.join(self.datasets)}" if mirror else "COURSE_DATA_MIRROR is not set"
+        return f"{count(self.cells, 'real-data cell')} in {count(self.notebooks, 'notebook')} skipped: {why}"
+
 
 def copy_notebooks(notebooks: Iterable[Path], tree: Tree, folder: Path, missing: Callable[..., set[str]]) -> Skipped:
     """Copy notebooks, and free real-data cells whose data are missing from the comparison.
@@ -64,7 +75,7 @@ def copy_notebooks(notebooks: Iterable[Path], tree: Tree, folder: Path, missing:
             continue
         before = cells
         for cell in nb.cells:
-            names = missing(nbs.real_datasets(cell.source)) if cell.cell_type == "code" else set()
+            names = missing(real_datasets(cell.source)) if cell.cell_type == "code" else set()
             if names:
                 cell.metadata["tags"] = [*nbs.cell_tags(cell), "nbval-ignore-output"]
                 lacking |= names
@@ -72,17 +83,6 @@ def copy_notebooks(notebooks: Iterable[Path], tree: Tree, folder: Path, missing:
         changed += cells > before
         nbs.write_notebook(folder / tree.relative(path), nb)
     return Skipped(cells, changed, tuple(sorted(lacking)))
-
-
-def skipped_line(skipped: Skipped) -> str:
-    """Say what was not compared, and why; "" where everything was."""
-    if not skipped.cells:
-        return ""
-    mirror = os.environ.get("COURSE_DATA_MIRROR")
-    why = f"{mirror} and the cache lack {', '.join(skipped.datasets)}" if mirror else "COURSE_DATA_MIRROR is not set"
-    cells = "cell" if skipped.cells == 1 else "cells"
-    notebooks = "notebook" if skipped.notebooks == 1 else "notebooks"
-    return f"{skipped.cells} real-data {cells} in {skipped.notebooks} {notebooks} skipped: {why}"
 
 
 def proved(tree: Tree, depth: str) -> list[Source]:
@@ -146,6 +146,6 @@ def prove(tree: Tree, depth: str, workers: int, more: Sequence[str], say: Callab
         environment.update(JUPYTER_RUNTIME_DIR=str(folder / "run"), COURSE_PROOF=depth)
         words = pytest_words(tree, folder, depth, workers, more)
         if skipped.cells:
-            say(skipped_line(skipped))  # before the run: what pytest says stands last
+            say(skipped.line)  # before the run: what pytest says stands last
         say(f"loops compiled ... {compiled_at - began:5.1f} s\ndata made ........ {made_at - compiled_at:5.1f} s")
         return subprocess.run(words, env=environment, cwd=tree.root, check=False).returncode

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from course_lib.notebook._errors import Refusal, nearest
 
@@ -40,31 +40,21 @@ class Source:
         return (self.notebook,) if self.exercise is None else (self.notebook, self.exercise)
 
 
+def _folder(name: str) -> Any:
+    """A property of `Tree` that gives a folder of the house."""
+    return property(lambda tree: tree.root / name)
+
+
 @dataclass(frozen=True)
 class Tree:
     """The folders of one copy of the course. Tests make their own; there is no global one."""
 
     root: Path
-
-    @property
-    def lessons_folder(self) -> Path:
-        return self.root / "notebooks"
-
-    @property
-    def solutions_folder(self) -> Path:
-        return self.root / "solutions"
-
-    @property
-    def exercises_folder(self) -> Path:
-        return self.root / "exercises"
-
-    @property
-    def tests_folder(self) -> Path:
-        return self.root / "tests"
-
-    @property
-    def docs_folder(self) -> Path:
-        return self.root / "docs"
+    lessons_folder = _folder("notebooks")
+    solutions_folder = _folder("solutions")
+    exercises_folder = _folder("exercises")
+    tests_folder = _folder("tests")
+    docs_folder = _folder("docs")
 
     def lessons(self) -> list[Source]:
         """Every lesson that has a source, in order."""
@@ -76,14 +66,10 @@ class Tree:
 
     def labs(self) -> list[Source]:
         """Every lab that has a source, in order."""
+        folder = self.solutions_folder
         return [
-            Source(
-                "lab",
-                path,
-                self.solutions_folder / f"{path.stem}.ipynb",
-                self.exercises_folder / f"{path.stem}.ipynb",
-            )
-            for path in sorted((self.solutions_folder / "source").glob("[0-9][0-9]_*.py"))
+            Source("lab", path, folder / f"{path.stem}.ipynb", self.exercises_folder / f"{path.stem}.ipynb")
+            for path in sorted((folder / "source").glob("[0-9][0-9]_*.py"))
         ]
 
     def sources(self) -> list[Source]:
@@ -105,25 +91,17 @@ class Tree:
             If a name fits nothing; the nearest is suggested.
         """
         names = list(names)
-        if not names:
-            return self.sources()
-        found: list[Source] = []
-        for name in names:
-            found += [source for source in self._fitting(name) if source not in found]
-        return found
+        return list(dict.fromkeys(one for name in names for one in self._fitting(name))) if names else self.sources()
 
     def _fitting(self, name: str) -> list[Source]:
         sources = self.sources()
         path = Path(name)
         if len(path.parts) > 1:
-            absolute = (path if path.is_absolute() else self.root / path).resolve()
-            here = path.resolve()
-            places = {s: {p.resolve() for p in (s.path, *s.notebooks)} for s in sources}
-            fitting = [s for s in sources if absolute in places[s] or here in places[s]]
+            wanted = {path.resolve(), (self.root / path).resolve()}
+            fitting = [s for s in sources if wanted & {place.resolve() for place in (s.path, *s.notebooks)}]
         else:
             stem = re.sub(r"\.(py|ipynb)$", "", name)
-            wanted = stem.zfill(2) if stem.isdigit() else stem
-            fitting = [s for s in sources if s.name == wanted or (wanted.isdigit() and s.number == wanted)]
+            fitting = [s for s in sources if stem == s.name or (stem.isdigit() and stem.zfill(2) == s.number)]
         if not fitting:
             known = sorted({s.name for s in sources})
             names = ", ".join(known) or "none yet"

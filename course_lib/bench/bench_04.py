@@ -81,13 +81,10 @@ def _normals() -> Case:
 
 
 def cases() -> list[Case]:
-    """Return the benchmark's cases."""
     return [_voxel(), _normals()]
 
 
 def scalings() -> list[Scaling]:
-    """Return how each grows, at the density of its case."""
-    return [
-        Scaling("voxel grid", EXPONENT, over(inputs.field, 2500.0, lambda p: downsample.voxel_downsample(p, VOXEL))),
-        Scaling("normals", EXPONENT, over(inputs.field, PER_AREA, lambda p: normals.estimate_normals(p, NORMALS_K))),
-    ]
+    voxels = over(inputs.field, lambda points: downsample.voxel_downsample(points, VOXEL), per_area=2500.0)
+    turned = over(inputs.field, lambda points: normals.estimate_normals(points, NORMALS_K), per_area=PER_AREA)
+    return [Scaling("voxel grid", EXPONENT, voxels), Scaling("normals", EXPONENT, turned)]

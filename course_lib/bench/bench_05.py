@@ -71,16 +71,16 @@ def _clusters() -> Case:
 
 
 def cases() -> list[Case]:
-    """Return the benchmark's cases."""
     return [*_outliers(), _clusters()]
 
 
 def scalings() -> list[Scaling]:
-    """Return how each grows, at the density of its case."""
-    field = inputs.field_with_strays
     asked = {
         "statistical outliers": (PER_AREA, lambda points: outliers.keep_by_statistics(points, K)),
         "radius outliers": (PER_AREA, lambda points: outliers.keep_by_radius(points, RADIUS, LEAST)),
         "Euclidean clusters": (PER_AREA / 2, lambda points: clusters.euclidean_clusters(points, CLUSTER_RADIUS)),
     }
-    return [Scaling(name, EXPONENT, over(field, density, job)) for name, (density, job) in asked.items()]
+    return [
+        Scaling(name, EXPONENT, over(inputs.field_with_strays, job, per_area=density))
+        for name, (density, job) in asked.items()
+    ]

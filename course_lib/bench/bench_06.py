@@ -7,7 +7,7 @@ import open3d as o3d
 
 from course_lib.bench import inputs
 from course_lib.bench.compare import Case
-from course_lib.bench.scaling import EXPONENT, Scaling
+from course_lib.bench.scaling import EXPONENT, Scaling, over
 from course_lib.cloud import planes
 
 THRESHOLD = 0.015  # metres, three times the noise
@@ -15,7 +15,6 @@ TRIALS = 256
 
 
 def cases() -> list[Case]:
-    """Return the benchmark's case."""
     points = inputs.plane_among_points(200_000, 7)
     legacy = inputs.open3d_cloud(points)
     tensor = o3d.t.geometry.PointCloud(o3d.core.Tensor(points.astype(np.float32)))
@@ -42,10 +41,5 @@ def cases() -> list[Case]:
 
 
 def scalings() -> list[Scaling]:
-    """Return how it grows."""
-
-    def make(n: int):
-        points = inputs.plane_among_points(n, 7)
-        return lambda: planes.find_plane(points, THRESHOLD)
-
-    return [Scaling("plane by RANSAC", EXPONENT, make)]
+    job = over(inputs.plane_among_points, lambda points: planes.find_plane(points, THRESHOLD))
+    return [Scaling("plane by RANSAC", EXPONENT, job)]

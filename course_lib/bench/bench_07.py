@@ -6,6 +6,9 @@ the timed part, as ours are.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
 import open3d as o3d
 import small_gicp
@@ -89,22 +92,15 @@ def _icp(to_planes: bool) -> Case:
 
 
 def cases() -> list[Case]:
-    """Return the benchmark's cases."""
     return [_icp(False), _icp(True)]
 
 
 def scalings() -> list[Scaling]:
-    """Return how each grows, at the density of its case."""
-
-    def over_sizes(to_planes: bool):
-        def make(n: int):
-            source, target, normals = _two_clouds(n, PER_AREA)
-            given = normals if to_planes else None
-            return lambda: icp.icp(source, target, REACH, given, steps=5, tolerance=0.0)
-
-        return make
+    def job(to_planes: bool, n: int) -> Callable[[], icp.IcpResult]:
+        source, target, normals = _two_clouds(n, PER_AREA)
+        return partial(icp.icp, source, target, REACH, normals if to_planes else None, steps=5, tolerance=0.0)
 
     return [
-        Scaling("ICP to points, 5 steps", EXPONENT, over_sizes(False)),
-        Scaling("ICP to planes, 5 steps", EXPONENT, over_sizes(True)),
+        Scaling("ICP to points, 5 steps", EXPONENT, partial(job, False)),
+        Scaling("ICP to planes, 5 steps", EXPONENT, partial(job, True)),
     ]

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import itertools
 import json
 import os
 import re
@@ -31,6 +32,7 @@ from course_lib.authoring.tree import CourseError, Tree
 from course_lib.grading.intake.intake import IntakeLimits, notebook_of
 from course_lib.grading.release.rebuild import rebuild
 from course_lib.grading.release.released import released_lab
+from course_lib.grading.run.kernel_imports import INSIDE, SILENT
 from course_lib.grading.run.limits import read_limits
 from course_lib.grading.run.pool import grade_jobs
 
@@ -85,26 +87,16 @@ def _cells(data: bytes) -> list[tuple[str, str]]:
 def _nbgrader_notebook(data: bytes) -> nbformat.NotebookNode:
     """A notebook in nbgrader's form: the same cells, and an autograder test after each task."""
     cells = []
-    sources = _cells(data)
-    for place, (task_id, source) in enumerate(sources):
-        cell = nbformat.v4.new_code_cell(source)
-        cell.id = f"c{place}"
-        cells.append(cell)
-        last = task_id and (place + 1 == len(sources) or sources[place + 1][0] != task_id)
-        if last:
+    for task_id, pairs in itertools.groupby(_cells(data), key=lambda pair: pair[0]):
+        cells += [nbformat.v4.new_code_cell(source) for _, source in pairs]
+        if task_id:
             task = tasks.get(task_id)
-            test = nbformat.v4.new_code_cell(JUDGE.format(task=task_id, seed=SEED, function=task.function))
-            test.id = f"t{place}"
-            test.metadata["nbgrader"] = {
-                "grade": True,
-                "grade_id": f"task-{task.number}",
-                "locked": True,
-                "points": task.points,
-                "schema_version": 3,
-                "solution": False,
-                "task": False,
-            }
-            cells.append(test)
+            about = {"grade": True, "grade_id": f"task-{task.number}", "locked": True, "points": task.points}
+            about |= {"schema_version": 3, "solution": False, "task": False}
+            test = JUDGE.format(task=task_id, seed=SEED, function=task.function)
+            cells.append(nbformat.v4.new_code_cell(test, metadata={"nbgrader": about}))
+    for place, cell in enumerate(cells):
+        cell.id = f"c{place}"
     kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3", "language": "python"}}
     return nbformat.v4.new_notebook(cells=cells, metadata=kernel)
 
@@ -158,8 +150,6 @@ def _run(words: list[str], folder: Path, environment: dict[str, str]) -> float:
 
 def _kernel(folder: Path) -> None:
     """A kernelspec that starts this environment's kernel with the stand-ins that graded kernels have."""
-    from course_lib.grading.run.kernel_imports import INSIDE, SILENT
-
     boot = BOOT.format(root=str(solutions.ROOT), inside=str(INSIDE), silent=list(SILENT))
     place = folder / "kernels" / "python3"
     place.mkdir(parents=True)

@@ -108,8 +108,5 @@ def compare(
         for peer, found in ratios.items():
             found.append(seconds[""] / seconds[peer])
         done += 1
-    against = {}
-    for peer, found in ratios.items():
-        low, median, high = statistics.quantiles(found, n=4, method="inclusive")
-        against[peer] = (low, median, high)
+    against = {peer: tuple(statistics.quantiles(found, n=4, method="inclusive")) for peer, found in ratios.items()}
     return Ratio(case.name, case.note, threads, done, against, case.bounds[threads > 1])

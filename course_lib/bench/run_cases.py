@@ -7,6 +7,7 @@ with the number of points (`scaling`).
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import json
 import os
@@ -31,21 +32,13 @@ def case_modules() -> list[str]:
     return sorted(f"{__package__}.{name}" for name in modules if re.fullmatch(r"bench_\d\d", name))
 
 
-def scalings_of(module: str) -> list[Scaling]:
-    """The scalings of a module, none where it has none."""
-    imported = importlib.import_module(module)
-    return imported.scalings() if hasattr(imported, "scalings") else []
-
-
 def _pin(threads: int) -> None:
     """Hold this process to so many threads: by the processors it may use, and by each library's own setting."""
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, set(sorted(os.sched_getaffinity(0))[:threads]))
     for module, setter in (("open3d.utility", "set_max_threads"), ("cv2", "setNumThreads")):
-        try:
+        with contextlib.suppress(ModuleNotFoundError):
             getattr(importlib.import_module(module), setter)(threads)
-        except ModuleNotFoundError:
-            continue
 
 
 def _environment(threads: int) -> dict[str, str]:
@@ -72,14 +65,12 @@ def _in_own_process(*words: str, threads: int) -> dict:
 def _child(module: str, name: str = "", threads: str = "1") -> object:
     """What runs in a process of its own: the names of what a module measures, or one measurement."""
     _pin(int(threads))
-    scalings = scalings_of(module)
-    cases: list[Case] = importlib.import_module(module).cases()
+    imported = importlib.import_module(module)
+    cases: dict[str, Case] = {case.name: case for case in imported.cases()}
+    scalings: dict[str, Scaling] = {one.name: one for one in getattr(imported, "scalings", list)()}
     if not name:
-        return {"cases": [case.name for case in cases], "scalings": [one.name for one in scalings]}
-    for one in scalings:
-        if one.name == name:
-            return asdict(grow(one, int(threads)))
-    return asdict(compare(next(case for case in cases if case.name == name), int(threads)))
+        return {"cases": list(cases), "scalings": list(scalings)}
+    return asdict(compare(cases[name], int(threads)) if name in cases else grow(scalings[name], int(threads)))
 
 
 def bench_cases(tree: Tree, only: str, write: bool, say: Callable[[str], None]) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -33,15 +34,10 @@ class Scaling(NamedTuple):
 
 
 def over(
-    points: Callable[..., np.ndarray], density: float, job: Callable[[np.ndarray], object]
+    points: Callable[..., np.ndarray], job: Callable[[np.ndarray], object], **given: float
 ) -> Callable[[int], Callable[[], object]]:
-    """What `Scaling.make` wants: a job over points that are drawn by `points(n, seed, density)`."""
-
-    def make(n: int) -> Callable[[], object]:
-        drawn = points(n, 9, density)
-        return lambda: job(drawn)
-
-    return make
+    """What `Scaling.make` wants: a job over points that are drawn by `points(n, seed, **given)`."""
+    return lambda n: functools.partial(job, points(n, 9, **given))
 
 
 @dataclass(frozen=True)

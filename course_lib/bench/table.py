@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.metadata
 import os
 import platform
@@ -17,10 +18,8 @@ def machine() -> str:
     """The class of this machine, without its name: cores, platform, Python, libraries."""
     versions = []
     for library in LIBRARIES:
-        try:
+        with contextlib.suppress(importlib.metadata.PackageNotFoundError):
             versions.append(f"{library} {importlib.metadata.version(library)}")
-        except importlib.metadata.PackageNotFoundError:
-            continue
     python = ".".join(platform.python_version_tuple()[:2])
     cores = f"{os.cpu_count()} cores, {platform.machine()}, {platform.system()}"
     return f"{cores}, Python {python}, {', '.join(versions)}"

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import functools
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import click
@@ -20,18 +19,17 @@ class State:
 
     Attributes
     ----------
-    name, kind : as in the catalogue.
+    entry : of the catalogue.
+    words : "here", "here (mirror)", "made", "made on first use", "not here" or "damaged".
     n_bytes : of its files; 0 for a synthetic one that has not been made.
-    here : can it be loaded without fetching?
-    words : such as "here (mirror)", "made on first use", "not here".
+    n_files : how many were proved by their hashes.
     damage : one sentence about the first damaged file, or "".
     """
 
-    name: str
-    kind: str
-    n_bytes: int
-    here: bool
+    entry: _catalog.Entry
     words: str
+    n_bytes: int = 0
+    n_files: int = 0
     damage: str = ""
 
 
@@ -43,51 +41,33 @@ def states(names: Sequence[str] = (), *, prove: bool = False) -> list[State]:
     names : of the catalogue.
     prove : hash every file that is there.
     """
-    return [_state(_catalog.entry(name), prove) for name in names or _catalog.catalogue()]
+    entries = [_catalog.entry(name) for name in names or _catalog.catalogue()]
+    return [_made(entry, prove) if entry.kind == "synthetic" else _fetched(entry, prove) for entry in entries]
 
 
-def _state(entry: _catalog.Entry, prove: bool) -> State:
-    if entry.kind == "synthetic":
-        return _synthetic_state(entry, prove)
+def _fetched(entry: _catalog.Entry, prove: bool) -> State:
     if _real.missing(entry):
-        return State(entry.name, entry.kind, entry.size, False, "not here")
+        return State(entry, "not here", entry.size)
     mirror = _places.mirror()
     in_mirror = bool(mirror) and all((mirror / one.path).is_file() for one in entry.files)
-    words, damage = "here (mirror)" if in_mirror else "here", ""
-    if prove:
-        try:
-            _real.locate(entry)
-        except DataDamaged as error:
-            words, damage = "damaged", str(error)
-    return State(entry.name, entry.kind, entry.size, True, words, damage)
+    try:
+        n_files = len(_real.locate(entry)) if prove else 0
+    except DataDamaged as error:
+        return State(entry, "damaged", entry.size, damage=str(error))
+    return State(entry, "here (mirror)" if in_mirror else "here", entry.size, n_files)
 
 
-def _synthetic_state(entry: _catalog.Entry, prove: bool) -> State:
+def _made(entry: _catalog.Entry, prove: bool) -> State:
     folders = [root / _cache.key(entry, entry.seed) for root in _places.cache_roots()]
     made = next((folder for folder in folders if folder.is_dir()), None)
     if made is None:
-        return State(entry.name, entry.kind, 0, True, "made on first use")
+        return State(entry, "made on first use")
     size = sum(path.stat().st_size for path in made.rglob("*") if path.is_file())
-    words, damage = "made", ""
-    if prove:
-        try:
-            _cache.proved(made, _cache.fingerprint(entry, entry.seed))
-        except DataDamaged as error:
-            words, damage = "damaged", f"{error}; it is made again when it is next loaded."
-    return State(entry.name, entry.kind, size, True, words, damage)
-
-
-def _said(function: Callable[..., None]) -> Callable[..., None]:
-    """Let a refusal end the command with its sentence and no traceback."""
-
-    @functools.wraps(function)
-    def wrapped(*args: object, **options: object) -> None:
-        try:
-            function(*args, **options)
-        except Refusal as refusal:
-            raise CourseError(str(refusal)) from refusal
-
-    return wrapped
+    try:
+        n_files = len(_cache.proved(made, _cache.fingerprint(entry, entry.seed))["files"]) if prove else 0
+    except DataDamaged as error:
+        return State(entry, "damaged", size, damage=f"{error}; it is made again when it is next loaded.")
+    return State(entry, "made", size, n_files)
 
 
 @click.group("data", context_settings={"help_option_names": ["-h", "--help"]})
@@ -99,11 +79,10 @@ def data_group() -> None:
 
 
 @data_group.command("list")
-@_said
 def list_() -> None:
     """Say which datasets there are and which are here."""
     rows = [("name", "kind", "size", "state", "what it is")]
-    rows += [(s.name, s.kind, _size(s.n_bytes), s.words, _catalog.entry(s.name).title) for s in states()]
+    rows += [(s.entry.name, s.entry.kind, _size(s.n_bytes), s.words, s.entry.title) for s in states()]
     widths = [max(len(row[i]) for row in rows) for i in range(4)]
     for row in rows:
         name, kind, size, words = (cell.ljust(width) for cell, width in zip(row, widths, strict=False))
@@ -113,7 +92,6 @@ def list_() -> None:
 @data_group.command("get")
 @click.argument("names", nargs=-1, metavar="[NAME…]")
 @click.option("--all", "everything", is_flag=True, help="Every dataset of the catalogue.")
-@_said
 def get(names: tuple[str, ...], everything: bool) -> None:
     """Fetch real datasets and make synthetic ones, so that they work without a network from then on."""
     entries = _chosen(names, everything)
@@ -132,7 +110,7 @@ def get(names: tuple[str, ...], everything: bool) -> None:
 
 def _get_one(entry: _catalog.Entry) -> None:
     if entry.kind == "synthetic":
-        there = _synthetic_state(entry, False).words == "made"
+        there = _made(entry, prove=False).words == "made"
         _cache.make(entry)
         click.echo(f"{entry.name}: {'already made' if there else 'made'}")
         return
@@ -154,12 +132,11 @@ def _get_one(entry: _catalog.Entry) -> None:
 
 @data_group.command("verify")
 @click.argument("names", nargs=-1, metavar="[NAME…]")
-@_said
 def verify(names: tuple[str, ...]) -> None:
     """Hash every file that is here; damaged ones are named and the exit code is 1."""
     found = states(names, prove=True)
     for state in found:
-        click.echo(f"{state.name}: {state.damage or state.words}")
+        click.echo(f"{state.entry.name}: {state.damage or state.words}")
     if any(state.damage for state in found):
         sys.exit(1)
 
@@ -168,7 +145,6 @@ def verify(names: tuple[str, ...]) -> None:
 @click.argument("names", nargs=-1, metavar="[NAME…]")
 @click.option("--all", "everything", is_flag=True, help="Every dataset of the catalogue.")
 @click.option("--yes", is_flag=True, help="Do not ask.")
-@_said
 def clear(names: tuple[str, ...], everything: bool, yes: bool) -> None:
     """Remove made and fetched data of this machine; the mirror is left alone."""
     from .fetch import clear as clear_fetched

@@ -14,13 +14,14 @@ from collections.abc import Callable, Iterator
 import click
 
 from course_lib.authoring.tree import Tree, course_tree
+from course_lib.notebook._errors import Refusal
 
 from . import server
 from .bootstrap.environment import is_ready
 from .bootstrap.messages import Verdict
 from .bootstrap.platform_facts import facts
 from .bootstrap.report import basic_verdicts, print_verdicts
-from .bootstrap.system_libraries import library_command, linux_family, missing_libraries
+from .bootstrap.system_libraries import library_command, missing_libraries
 from .installed import differences, locked_versions
 from .start import PORT
 
@@ -109,45 +110,33 @@ def _rendering(tree: Tree) -> Iterator[Verdict]:
         yield Verdict("rendering", True, f"PyVista draws ({why})")
         return
     vital, drawing = missing_libraries(facts())
-    line = library_command([*vital, *drawing], linux_family())
+    line = library_command(vital + drawing)
     yield Verdict("rendering", None, f"matplotlib draws clouds and meshes ({why})", line)
 
 
 def _datasets(tree: Tree) -> Iterator[Verdict]:
     try:
-        from course_lib.notebook import _cache, _catalog, _places, _real
-        from course_lib.notebook._errors import DataDamaged, DataMissing, Refusal
+        from .data_verbs import states
+
+        found = states(prove=True)
     except ImportError as error:
         yield Verdict("datasets", False, f"cannot be looked at: {error}", "mend the wheels first")
         return
-    try:
-        entries, roots = _catalog.catalogue(), _places.cache_roots()
-        _places.mirror()
     except Refusal as refusal:
         text, _, mend = str(refusal).partition(": ")
         yield Verdict("datasets", False, text, mend.rstrip("."))
         return
-    for name, entry in entries.items():
-        try:
-            if entry.kind == "real":
-                count = len(_real.locate(entry))
-                yield Verdict(name, True, f"real, {count} files with the right sha256")
-                continue
-            made = [root / _cache.key(entry, entry.seed) for root in roots]
-            there = next((folder for folder in made if folder.is_dir()), None)
-            if there is None:
-                yield Verdict(name, True, "synthetic, made on first use")
-            else:
-                manifest = _cache.proved(there, _cache.fingerprint(entry, entry.seed))
-                yield Verdict(name, True, f"synthetic, {len(manifest['files'])} files with the right sha256")
-        except DataMissing:
-            yield Verdict(name, None, "real, not fetched: its cells are skipped", entry.command())
-        except DataDamaged as damage:
-            text = str(damage).split(": run ")[0]
-            if entry.kind == "real":
-                yield Verdict(name, False, text, entry.command())
-            else:
-                yield Verdict(name, None, f"{text}; it is made again on its next use")
+    for state in found:
+        name, kind = state.entry.name, state.entry.kind
+        if state.words == "not here":
+            yield Verdict(name, None, "real, not fetched: its cells are skipped", state.entry.command())
+        elif state.damage and kind == "real":
+            yield Verdict(name, False, state.damage.split(": run ")[0], state.entry.command())
+        elif state.damage:
+            yield Verdict(name, None, state.damage.rstrip("."))
+        else:
+            proved = f"{state.n_files} files with the right sha256" if state.n_files else state.words
+            yield Verdict(name, True, f"{kind}, {proved}")
 
 
 def _port(tree: Tree) -> Iterator[Verdict]:

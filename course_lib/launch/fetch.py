@@ -9,10 +9,9 @@ from pathlib import Path
 
 import pooch
 import requests
-from filelock import FileLock, Timeout
 
 from course_lib.notebook import _places, _real
-from course_lib.notebook._atomic import atomic_file, need_space
+from course_lib.notebook._atomic import atomic_file, locked, need_space
 from course_lib.notebook._catalog import Entry, RemoteFile
 from course_lib.notebook._errors import Refusal, cannot_write, shown
 
@@ -54,19 +53,9 @@ def fetch(entry: Entry, *, say: Say = print, step: Step = lambda n_bytes: None) 
     """
     root = _places.writable_root()
     mirror = _places.mirror()
-    lock = FileLock(root / f".fetch-{entry.name}.lock")
-    try:
-        lock.acquire(timeout=0.2)
-    except Timeout:
-        say(f"Another process is fetching {entry.name}: waiting for it.")
-        lock.acquire()
-    except OSError as error:
-        raise cannot_write(root / entry.name, error) from error
-    brought = 0
-    try:
+    with locked(root / f".fetch-{entry.name}.lock", f"Another process is fetching {entry.name}: waiting for it.", say):
         lacking = [one for one in entry.files if not _there(root, one, entry, say)]
-        if lacking:
-            need_space(root, sum(one.size for one in lacking))
+        need_space(root, sum(one.size for one in lacking))
         for one in lacking:
             target = root / "real" / one.path
             try:
@@ -75,10 +64,7 @@ def fetch(entry: Entry, *, say: Say = print, step: Step = lambda n_bytes: None) 
                 raise cannot_write(target, error) from error
             if not (mirror and _copy(mirror / one.path, target, one, entry, say, step)):
                 _download(one, target, step)
-            brought += 1
-    finally:
-        lock.release()
-    return brought
+    return len(lacking)
 
 
 def _there(root: Path, one: RemoteFile, entry: Entry, say: Say) -> bool:
@@ -109,15 +95,14 @@ def _copy(source: Path, target: Path, one: RemoteFile, entry: Entry, say: Say, s
 
 def _download(one: RemoteFile, target: Path, step: Step) -> None:
     """Fetch one file through pooch, which proves its hash; what had come before an interruption is used."""
-    client = pooch.create(
-        path=target.parent,
-        base_url="",
-        registry={target.name: f"sha256:{one.sha256}"},
-        urls={target.name: one.url},
-        retry_if_failed=0,
-    )
     try:
-        client.fetch(target.name, downloader=lambda url, output, _: _resumed(url, Path(output), target, one, step))
+        pooch.retrieve(
+            one.url,
+            f"sha256:{one.sha256}",
+            target.name,
+            target.parent,
+            downloader=lambda url, output, _: _resumed(url, Path(output), target, one, step),
+        )
     except Refusal:
         raise
     except ValueError as error:

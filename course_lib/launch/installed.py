@@ -48,9 +48,7 @@ def locked_versions(lock: str, environment: Mapping[str, str] | None = None) -> 
 
 def _fitting(packages: list[dict[str, Any]], wanted: dict[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
     """The entry that a dependency means; of several versions the one for this environment."""
-    named = [package for package in packages if package["name"] == wanted["name"]]
-    if "version" in wanted:
-        named = [package for package in named if package["version"] == wanted["version"]]
+    named = [one for one in packages if all(one[key] == wanted[key] for key in ("name", "version") if key in wanted)]
     for package in named:
         markers = package.get("resolution-markers", [])
         if not markers or any(Marker(marker).evaluate(dict(values)) for marker in markers):

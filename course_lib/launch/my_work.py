@@ -7,6 +7,7 @@ my_work/.jupyter/copies.json, so that a lab that changed upstream can be told fr
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
 import re
 from collections.abc import Iterable
@@ -98,15 +99,11 @@ def copy_text(original: Path) -> str:
     changed = False
     for cell in notebook["cells"]:
         if cell["cell_type"] == "markdown":
-            source = _source(cell)
+            source = "".join(cell["source"])  # stored as one text or as a list of lines
             new = _LINK.sub(_relinked, source)
             if new != source:
                 cell["source"], changed = new.splitlines(keepends=True), True
     return json.dumps(notebook, ensure_ascii=False, indent=1, sort_keys=True) + "\n" if changed else text
-
-
-def _source(cell: dict[str, Any]) -> str:
-    return cell["source"] if isinstance(cell["source"], str) else "".join(cell["source"])
 
 
 def _digest(text: str) -> str:
@@ -117,7 +114,7 @@ def _cells(text: str) -> dict[str, str] | None:
     """The id of every cell with a digest of its source; None for what is no notebook (any more)."""
     try:
         cells = json.loads(text)["cells"]
-        return {cell.get("id", str(place)): _digest(_source(cell)) for place, cell in enumerate(cells)}
+        return {cell.get("id", str(place)): _digest("".join(cell["source"])) for place, cell in enumerate(cells)}
     except (ValueError, KeyError, TypeError, AttributeError):
         return None
 
@@ -126,7 +123,7 @@ def _changed_tasks(text: str, before: dict[str, str]) -> list[str]:
     """The headings of the tasks in which a cell is new or differs."""
     heading, found = "", []
     for cell in json.loads(text)["cells"]:
-        source = _source(cell)
+        source = "".join(cell["source"])
         titles = _TASK.findall(source) if cell["cell_type"] == "markdown" else []
         heading = titles[-1].strip() if titles else heading
         if before.get(cell.get("id", "")) != _digest(source) and heading and heading not in found:
@@ -211,15 +208,12 @@ def _news(one: Material, before: dict[str, str]) -> str:
 def fresh_copy(tree: Tree, one: Material) -> Path:
     """Make a fresh copy beside the learner's, under a name that is free, and return its path."""
     text = copy_text(one.original)
-    number = 1
-    while True:
-        ending = "" if number == 1 else "-fresh" if number == 2 else f"-fresh-{number - 1}"
+    for ending in itertools.chain(["", "-fresh"], (f"-fresh-{number}" for number in itertools.count(2))):
         path = one.copy.with_name(f"{one.name}{ending}.ipynb")
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
             path.touch(exist_ok=False)  # claims the name, also against another `reset` at this moment
         except FileExistsError:
-            number += 1
             continue
         try:
             _write(path, text)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import subprocess
 import sys
 import time
 import urllib.error
-import urllib.parse
 import urllib.request
 from dataclasses import dataclass
 from pathlib import Path
@@ -43,18 +43,17 @@ class Server:
     def stop(self) -> None:
         """Ask the server to save nothing more, end its kernels and go; end it where it does not."""
         _ask(self.address("api/shutdown"), b"")
-        try:
-            psutil.Process(self.pid).wait(15)
-        except psutil.TimeoutExpired:
-            psutil.Process(self.pid).kill()
-        except psutil.NoSuchProcess:
-            pass  # gone already
+        with contextlib.suppress(psutil.NoSuchProcess):  # gone already
+            try:
+                psutil.Process(self.pid).wait(15)
+            except psutil.TimeoutExpired:
+                psutil.Process(self.pid).kill()
 
 
-def _ask(address: str, post: bytes | None = None, seconds: float = 10) -> int:
+def _ask(address: str, post: bytes | None = None) -> int:
     """The status that an address answers with; 0 where nobody answers."""
     try:
-        with _DIRECT.open(urllib.request.Request(address, data=post), timeout=seconds) as answer:
+        with _DIRECT.open(urllib.request.Request(address, data=post), timeout=10) as answer:
             return answer.status
     except urllib.error.HTTPError as error:
         return error.code

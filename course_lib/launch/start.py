@@ -8,15 +8,14 @@ import signal
 import subprocess
 import sys
 import webbrowser
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import click
-from filelock import FileLock, Timeout
+from filelock import AcquireReturnProxy
 
 from course_lib import compiled
 from course_lib.authoring.tree import CourseError, Tree, course_tree
+from course_lib.notebook._atomic import locked
 
 from . import my_work, server
 
@@ -50,7 +49,7 @@ def start(tree: Tree, lesson: str | None, port: int, *, browser: bool) -> int:
     page = start_page(tree, lesson)
     for name in ("SIGTERM", "SIGHUP"):
         if hasattr(signal, name):
-            signal.signal(getattr(signal, name), _as_ctrl_c)
+            signal.signal(getattr(signal, name), signal.default_int_handler)
     child = compiling = None
     try:
         with _one_at_a_time(tree):
@@ -62,7 +61,9 @@ def start(tree: Tree, lesson: str | None, port: int, *, browser: bool) -> int:
             my_work.sign(tree)  # while the server starts
             if child:
                 there = server.wait_until_it_answers(tree, child, page)
-                compiling = _compile_loops()
+                # loops are compiled while the learner reads the start page; at once done where they are
+                words, nothing = [sys.executable, "-P", "-m", compiled.__name__], subprocess.DEVNULL
+                compiling = subprocess.Popen(words, stdin=nothing, stdout=nothing, stderr=nothing)
         _tell(there, page, port, mine=child is not None)
         if browser:
             _open(tree, there.address(page))
@@ -85,17 +86,6 @@ def start(tree: Tree, lesson: str | None, port: int, *, browser: bool) -> int:
                 process.kill()
 
 
-def _compile_loops() -> subprocess.Popen[bytes]:
-    """Compile the course's loops while the learner reads the start page; at once done where they are."""
-    words = [sys.executable, "-P", "-m", compiled.__name__]
-    nothing = subprocess.DEVNULL
-    return subprocess.Popen(words, stdin=nothing, stdout=nothing, stderr=nothing)
-
-
-def _as_ctrl_c(number: int, frame: object) -> None:
-    raise KeyboardInterrupt
-
-
 def start_page(tree: Tree, lesson: str | None) -> str:
     """The page to open, below the server's root: a lesson's copy, or JupyterLab itself where no lesson is there."""
     lessons = my_work.materials(tree, "lesson")
@@ -105,8 +95,7 @@ def start_page(tree: Tree, lesson: str | None) -> str:
     return "lab/tree/" + one.copy.relative_to(tree.root).as_posix()
 
 
-@contextmanager
-def _one_at_a_time(tree: Tree) -> Iterator[None]:
+def _one_at_a_time(tree: Tree) -> AcquireReturnProxy:
     """The lock of `start`: the second of two waits, and then finds the server of the first."""
     folder = my_work.private_folder(tree)
     try:
@@ -115,16 +104,7 @@ def _one_at_a_time(tree: Tree) -> Iterator[None]:
         raise CourseError(
             f"The folder {tree.root} cannot be written ({error.strerror}): copy the course to a folder of your own."
         ) from error
-    lock = FileLock(folder / "start.lock")
-    try:
-        lock.acquire(timeout=0)
-    except Timeout:
-        click.echo("Another `start` of this folder is under way; waiting for it.")
-        lock.acquire()
-    try:
-        yield
-    finally:
-        lock.release()
+    return locked(folder / "start.lock", "Another `start` of this folder is under way; waiting for it.", click.echo)
 
 
 def _tell(there: server.Server, page: str, port: int, *, mine: bool) -> None:

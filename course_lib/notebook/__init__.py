@@ -9,16 +9,15 @@ import importlib
 import sys
 from types import ModuleType
 
-# name: (module that holds it, name there; None for the module itself)
-_PARTS: dict[str, tuple[str, str | None]] = {
-    "check": ("check", "check"),
-    "data": ("data", None),
-    "files": ("files", None),
-    "picture": ("show", "picture"),
-    "predict": ("predict", "predict"),
-    "report": ("report", "report"),
-    "report_table": ("report", "report_table"),
-    "show": ("show", "show"),
+_PARTS = {  # which module holds it
+    "check": "check",
+    "data": "data",
+    "files": "files",
+    "picture": "show",
+    "predict": "predict",
+    "report": "report",
+    "report_table": "report",
+    "show": "show",
 }
 __all__ = ["check", "data", "files", "picture", "predict", "report", "report_table", "show"]
 
@@ -27,10 +26,8 @@ def __getattr__(name: str) -> object:
     """Import a part when it is first asked for (PEP 562)."""
     if name not in _PARTS:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    module_name, inside = _PARTS[name]
-    module = importlib.import_module(f"{__name__}.{module_name}")
-    part = module if inside is None else getattr(module, inside)
-    globals()[name] = part
+    module = importlib.import_module(f"{__name__}.{_PARTS[name]}")
+    part = globals()[name] = getattr(module, name, module)
     return part
 
 
@@ -42,11 +39,8 @@ class _Package(ModuleType):
     """Keeps `notebook.report` the function, where importing the submodule of that name would put the module."""
 
     def __setattr__(self, name: str, value: object) -> None:
-        module_name, inside = _PARTS.get(name, ("", None))
-        if inside is not None and isinstance(value, ModuleType):
-            if module_name != name or not hasattr(value, inside):
-                return
-            value = getattr(value, inside)
+        if name in _PARTS and isinstance(value, ModuleType):
+            value = getattr(value, name, value)
         super().__setattr__(name, value)
 
 

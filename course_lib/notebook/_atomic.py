@@ -1,13 +1,18 @@
-"""Writing so that a file or folder is either whole or not there: into a temporary one beside it, then renamed."""
+"""Writing so that a file or folder is either whole or not there: into a temporary one beside it, then renamed.
+
+What several processes may write at once is written under a file lock.
+"""
 
 from __future__ import annotations
 
 import os
 import secrets
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+
+from filelock import AcquireReturnProxy, FileLock, Timeout
 
 from course_lib.notebook._errors import ELSEWHERE, CannotWrite, cannot_write, shown
 
@@ -94,3 +99,21 @@ def atomic_folder(path: Path, n_bytes: int = 0) -> Iterator[Path]:
     finally:
         shutil.rmtree(partial, ignore_errors=True)
         shutil.rmtree(old, ignore_errors=True)
+
+
+def locked(path: Path, waiting: str, say: Callable[[str], None]) -> AcquireReturnProxy:
+    """Take a file lock, which a `with` block releases; say what it waits for where another process holds it.
+
+    Raises
+    ------
+    CannotWrite
+        If the folder is missing or read-only.
+    """
+    lock = FileLock(path)
+    try:
+        return lock.acquire(timeout=0.2)
+    except Timeout:
+        say(waiting)
+        return lock.acquire()
+    except OSError as error:
+        raise cannot_write(path, error) from error

@@ -15,13 +15,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from filelock import AcquireReturnProxy, FileLock, Timeout
 
 from course_lib.notebook import _places
-from course_lib.notebook._atomic import atomic_folder
-from course_lib.notebook._bar import Bar
+from course_lib.notebook._atomic import atomic_folder, locked
 from course_lib.notebook._catalog import Entry
-from course_lib.notebook._errors import DataDamaged, Refusal, cannot_write
+from course_lib.notebook._errors import DataDamaged, Refusal
 from course_lib.notebook._stored import MANIFEST, is_whole, sha256, write
 
 if TYPE_CHECKING:
@@ -134,31 +132,21 @@ def make(entry: Entry, seed: int | None = None) -> tuple[Path, dict[str, Any]]:
     if found:
         return found
     root = _places.writable_root()
-    with _locked(root / f".{key(entry, seed)}.lock", entry.name):
+    waiting = f"Another process is making {entry.name}: waiting for it."
+    with locked(root / f".{key(entry, seed)}.lock", waiting, _places.notice):
         folder = root / key(entry, seed)
         try:
             return folder, proved(folder, fingerprint(entry, seed))  # another process made it while this one waited
         except DataDamaged:
             recipe = recipe_of(entry)
         made_by = code()
-        with atomic_folder(folder, SPACE_BYTES) as partial, Bar(f"making {entry.name} (first use only)") as step:
+        title = f"making {entry.name} (first use only)"
+        with atomic_folder(folder, SPACE_BYTES) as partial, _places.Bar(title) as step:
             output = recipe.make(seed, step)
             about = {"name": entry.name, "recipe": entry.recipe, "version": entry.version, "seed": seed}
             about |= {"fingerprint": fingerprint(entry, seed), "made_by": made_by}
             manifest = write(partial, output, about)
         return folder, manifest
-
-
-def _locked(path: Path, name: str) -> AcquireReturnProxy:
-    """Take a file lock, which the block releases; say so once where another process holds it."""
-    lock = FileLock(path)
-    try:
-        return lock.acquire(timeout=0.2)
-    except Timeout:
-        _places.notice(f"Another process is making {name}: waiting for it.")
-        return lock.acquire()
-    except OSError as error:
-        raise cannot_write(path, error) from error
 
 
 def clear(name: str) -> int:

@@ -12,13 +12,13 @@ from collections.abc import Sequence
 
 from course_lib import compiled
 from course_lib.notebook import _catalog
-from course_lib.notebook._bar import told
 from course_lib.notebook._errors import Refusal
+from course_lib.notebook._places import told
 
 _MARK = re.compile(r"\A\s*#\s*real data:(?P<names>[^\n]*)")
 
 
-def named(source: str) -> tuple[str, ...]:
+def real_datasets(source: str) -> tuple[str, ...]:
     """The datasets that the first line of a cell names."""
     match = _MARK.match(source)
     return tuple(name.strip() for name in match["names"].split(",") if name.strip()) if match else ()
@@ -61,7 +61,7 @@ def refuse(sentence: str) -> None:
 
 def skip_cells(lines: list[str]) -> list[str]:
     """IPython input transformer: replace a cell whose real data are missing."""
-    names = named("".join(lines))
+    names = real_datasets("".join(lines))
     if not names:
         return lines
     try:

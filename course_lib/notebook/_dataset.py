@@ -175,9 +175,8 @@ class Dataset:
 def described(entry: Entry, meta: Mapping[str, Any], files: Mapping[str, Path]) -> Dataset:
     """A dataset of the catalogue as its entry and its card tell of it, holding nothing yet."""
     card = entry.card_path.read_text(encoding="utf-8") if entry.card_path.exists() else ""
-    return Dataset(
-        entry.name, entry.kind, entry.title, card, entry.credit, entry.licence, entry.units, meta=meta, files=files
-    )
+    meta = {"citation": entry.citation, **meta} if entry.citation else meta
+    return Dataset(entry.name, entry.kind, entry.title, card, entry.credit, entry.licence, entry.units, meta, files)
 
 
 def with_frames(

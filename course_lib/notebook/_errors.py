@@ -6,6 +6,7 @@ import difflib
 import errno
 import linecache
 import os
+import traceback
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -18,12 +19,10 @@ class Refusal(ValueError):
     def _render_traceback_(self) -> list[str]:
         """Say it as IPython prints it."""
         where = None
-        step = self.__traceback__
-        while step is not None:
-            filename = step.tb_frame.f_code.co_filename
+        for frame, number in traceback.walk_tb(self.__traceback__):
+            filename = frame.f_code.co_filename
             if "ipykernel_" in filename or filename.startswith("<ipython-input"):
-                where = (step.tb_lineno, linecache.getline(filename, step.tb_lineno).strip())
-            step = step.tb_next
+                where = (number, linecache.getline(filename, number).strip())
         lines = [f"line {where[0]}: {where[1]}"] if where and where[1] else []
         return [*lines, f"{type(self).__name__}: {self}"]
 

@@ -1,11 +1,18 @@
-"""Where data lie on this machine, and what may be said while they are made."""
+"""Where data lie on this machine, and what may be said while they are made.
+
+A progress bar is there only while a person watches, and leaves nothing behind: no text, no dead widget.
+"""
 
 from __future__ import annotations
 
 import functools
+import html
 import os
 import sys
 import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import platformdirs
@@ -32,15 +39,13 @@ def live() -> bool:
     return not quiet() and (in_kernel() or bool(sys.stderr and sys.stderr.isatty()))
 
 
-@functools.cache
-def _once(sentence: str) -> None:
-    print(sentence, file=sys.stderr)
-
-
-def notice(sentence: str, *, again: bool = True) -> None:
-    """Print one sentence to stderr, unless COURSE_QUIET=1; with ``again=False`` only once in a process."""
+def notice(sentence: str) -> None:
+    """Print one sentence to stderr, unless COURSE_QUIET=1."""
     if not quiet():
-        _once(sentence) if not again else print(sentence, file=sys.stderr)
+        print(sentence, file=sys.stderr)
+
+
+_once = functools.cache(notice)
 
 
 def mirror() -> Path | None:
@@ -83,7 +88,7 @@ def writable_root() -> Path:
         refused = _try(root)
         if refused is None:
             if root != roots[0]:
-                notice(f"{shown(roots[0])} is read-only here, so the data go to {root}.", again=False)
+                _once(f"{shown(roots[0])} is read-only here, so the data go to {root}.")
             return root
     if os.environ.get("COURSE_CACHE"):
         raise CannotWrite(f"COURSE_CACHE names {roots[0]}, which cannot be written: name another folder with it.")
@@ -101,3 +106,56 @@ def _try(root: Path) -> OSError | None:
         if "full" in str(refusal):
             raise refusal from error
         return error
+
+
+class _Line:
+    """What a notebook shows for a moment; nothing at last."""
+
+    def __init__(self, text: str):
+        self.text = text
+
+    def __repr__(self) -> str:
+        return self.text
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{html.escape(self.text)}</pre>" if self.text else ""
+
+
+class Bar:
+    """A context that gives a function ``step(done, total)``."""
+
+    def __init__(self, title: str):
+        self.title, self.bar, self.handle, self.start = title, None, None, time.monotonic()
+
+    def __enter__(self) -> Callable[[int, int], None]:
+        return self.step if live() else lambda done, total: None
+
+    def step(self, done: int, total: int) -> None:
+        """Show that `done` of `total` steps are behind."""
+        from tqdm import tqdm
+
+        if not in_kernel():
+            self.bar = self.bar or tqdm(total=total, desc=self.title, leave=False)
+            self.bar.update(done - self.bar.n)
+            return
+        line = _Line(tqdm.format_meter(done, total, time.monotonic() - self.start, prefix=self.title, ncols=80))
+        if self.handle is None:
+            from IPython.display import display
+
+            self.handle = display(line, display_id=True)
+        else:
+            self.handle.update(line)
+
+    def __exit__(self, *args: object) -> None:
+        if self.bar is not None:
+            self.bar.close()
+        if self.handle is not None:
+            self.handle.update(_Line(""))
+
+
+@contextmanager
+def told(words: str) -> Iterator[None]:
+    """Show some words while something takes its time."""
+    with Bar(words) as step:
+        step(0, 1)
+        yield

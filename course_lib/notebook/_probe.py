@@ -9,6 +9,7 @@ noticed.
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import hashlib
 import json
@@ -56,23 +57,21 @@ def rendering() -> tuple[str, str]:
     failure = probe()
     if failure:
         return "matplotlib", failure
-    _remember(note)
+    with contextlib.suppress(OSError):  # where the cache folder cannot be written, the next session tries again
+        note.parent.mkdir(parents=True, exist_ok=True)
+        note.touch()
     return "pyvista", "a trial picture was drawn"
 
 
 def missing_libraries() -> list[str]:
     """Name the OpenGL libraries that VTK needs on Linux and this machine lacks."""
-    if not sys.platform.startswith("linux"):
-        return []
-    return [name for name in _LIBRARIES if not _loads(name)]
-
-
-def _loads(library: str) -> bool:
-    try:
-        ctypes.CDLL(library)
-    except OSError:
-        return False
-    return True
+    missing = []
+    for name in _LIBRARIES if sys.platform.startswith("linux") else ():
+        try:
+            ctypes.CDLL(name)
+        except OSError:
+            missing.append(name)
+    return missing
 
 
 def probe(seconds: float = PROBE_SECONDS) -> str:
@@ -95,12 +94,3 @@ def note_file() -> Path:
     state += [os.environ.get(name, "") for name in _ENVIRONMENT]
     key = hashlib.sha256(json.dumps(state).encode()).hexdigest()[:16]
     return user_cache_path("course-3d-reconstruction") / f"rendering-{key}"
-
-
-def _remember(note: Path) -> None:
-    """Leave a note; where the cache folder cannot be written, the next session tries again."""
-    try:
-        note.parent.mkdir(parents=True, exist_ok=True)
-        note.touch()
-    except OSError:
-        return

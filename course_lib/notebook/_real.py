@@ -77,10 +77,6 @@ def load(entry: Entry) -> Dataset:
     return READERS[entry.reader](entry, paths)
 
 
-def _base(entry: Entry, paths: dict[str, Path]) -> Dataset:
-    return described(entry, {"citation": entry.citation} if entry.citation else {}, paths)
-
-
 def camera_of(entry: Entry, paths: dict[str, Path]) -> PinholeCamera:
     """The intrinsics of an entry: a preset's, those of one of its files, or numbers; with the entry's source."""
     given = dict(entry.camera)
@@ -100,7 +96,7 @@ def _frames(entry: Entry, paths: dict[str, Path], start: str = "", **held: Any) 
     names = [entry.name if len(depths) == 1 else f"{entry.name} {label}" for label in labels]
     raw = raw_of([(paths[c], paths[d]) for c, d in zip(colors, depths, strict=True)])
     form, camera = find_encoding(entry.encoding), camera_of(entry, paths)
-    return with_frames(_base(entry, paths), names, raw, form, camera, registered=entry.registered, **held)
+    return with_frames(described(entry, {}, paths), names, raw, form, camera, registered=entry.registered, **held)
 
 
 def _redwood(entry: Entry, paths: dict[str, Path]) -> Dataset:
@@ -112,7 +108,7 @@ def _redwood(entry: Entry, paths: dict[str, Path]) -> Dataset:
 def _slambook(entry: Entry, paths: dict[str, Path]) -> Dataset:
     poses = _poses.read_quaternions(paths["pose.txt"])
     pair = _frames(replace(entry, name=f"{entry.name} pair", **entry.parts["pair"]), paths, "pair/")
-    pair = replace(pair, card=_base(entry, paths).card)
+    pair = replace(pair, card=described(entry, {}, paths).card)
     reference = {
         "poses": lambda: poses,
         "trajectory_groundtruth": lambda: _poses.read_tum(paths["trajectories/groundtruth.txt"]),
@@ -129,7 +125,7 @@ def _reference(entry: Entry, makers: dict[str, Callable[[], Any]]) -> Parts:
 def _clouds(entry: Entry, paths: dict[str, Path]) -> Dataset:
     clouds = {Path(name).stem: path for name, path in paths.items() if path.suffix == ".pcd"}
     makers = {name: lambda path=path: files.read_cloud(path) for name, path in clouds.items()}
-    return replace(_base(entry, paths), held={"clouds": Parts(makers, entry.name)})
+    return replace(described(entry, {}, paths), held={"clouds": Parts(makers, entry.name)})
 
 
 def _scan_pair(entry: Entry, paths: dict[str, Path]) -> Dataset:
@@ -137,7 +133,7 @@ def _scan_pair(entry: Entry, paths: dict[str, Path]) -> Dataset:
     makers = {name: lambda path=paths[f"{name}.ply"]: files.read_cloud(path) for name in ("source", "target")}
     reference = {"T_target_source": lambda: _poses.read_matrix(paths["T_target_source.txt"])}
     held = {"clouds": Parts(makers, entry.name), "reference": _reference(entry, reference)}
-    return replace(_base(entry, paths), held=held)
+    return replace(described(entry, {}, paths), held=held)
 
 
 def _bunny(entry: Entry, paths: dict[str, Path]) -> Dataset:
@@ -151,7 +147,7 @@ def _bunny(entry: Entry, paths: dict[str, Path]) -> Dataset:
         "meshes": Parts(meshes, f"the meshes of {entry.name}"),
         "reference": _reference(entry, reference),
     }
-    return replace(_base(entry, paths), held=held)
+    return replace(described(entry, {}, paths), held=held)
 
 
 READERS: dict[str, Callable[[Entry, dict[str, Path]], Dataset]] = {

@@ -11,33 +11,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-FRAMES = ("camera", "world", "object")
-"""camera: y down, z forward. world: z up. object: y up, z towards the viewer (scanned models such as the bunny)."""
-
-# forward and up of each view, by frame
-_DIRECTIONS: dict[str, dict[str, tuple[tuple[float, float, float], tuple[float, float, float]]]] = {
-    "camera": {
-        "front": ((0, 0, 1), (0, -1, 0)),
-        "back": ((0, 0, -1), (0, -1, 0)),
-        "side": ((-1, 0, 0), (0, -1, 0)),
-        "top": ((0, 1, 0), (0, 0, 1)),
-        "iso": ((-0.55, 0.5, 0.8), (0, -1, 0)),
-    },
-    "world": {
-        "front": ((0, 1, 0), (0, 0, 1)),
-        "back": ((0, -1, 0), (0, 0, 1)),
-        "side": ((-1, 0, 0), (0, 0, 1)),
-        "top": ((0, 0, -1), (0, 1, 0)),
-        "iso": ((-0.55, 0.8, -0.5), (0, 0, 1)),
-    },
-    "object": {
-        "front": ((0, 0, -1), (0, 1, 0)),
-        "back": ((0, 0, 1), (0, 1, 0)),
-        "side": ((-1, 0, 0), (0, 1, 0)),
-        "top": ((0, -1, 0), (0, 0, -1)),
-        "iso": ((-0.55, -0.45, -0.8), (0, 1, 0)),
-    },
+# what lies ahead and what is up in each frame, and how steeply "iso" looks down
+_AXES = {
+    "camera": ((0, 0, 1), (0, -1, 0), 0.5),
+    "world": ((0, 1, 0), (0, 0, 1), 0.5),
+    "object": ((0, 0, -1), (0, 1, 0), 0.45),
 }
+FRAMES = tuple(_AXES)
+"""camera: y down, z forward. world: z up. object: y up, z towards the viewer (scanned models such as the bunny)."""
 
 VIEW_WORDS = {
     "camera": "the sensor",
@@ -112,7 +93,7 @@ def guess_frame(points: np.ndarray) -> str:
 
 def height_axis(frame: str) -> np.ndarray:
     """(3,) the direction that is up."""
-    return np.array({"camera": (0.0, -1.0, 0.0), "world": (0.0, 0.0, 1.0), "object": (0.0, 1.0, 0.0)}[frame])
+    return np.array(_AXES[frame][1], dtype=np.float64)
 
 
 def look(name: object, points: np.ndarray, frame: str, T_world_camera: np.ndarray | None = None) -> View:
@@ -133,7 +114,11 @@ def look(name: object, points: np.ndarray, frame: str, T_world_camera: np.ndarra
             raise ValueError(f"A view is a name or a 4x4 T_world_camera, and this has shape {T_world_camera.shape}.")
     if name in ("camera", "pose"):
         return _from_sensor(name, points, frame, T_world_camera)
-    forward, up = (np.array(axis, dtype=np.float64) for axis in _DIRECTIONS[frame][name])
+    ahead, up, steep = (np.array(axis, dtype=np.float64) for axis in _AXES[frame])
+    right = np.array([1.0, 0.0, 0.0])
+    directions = {"front": ahead, "back": -ahead, "side": -right, "top": -up}
+    forward = directions.get(name, -0.55 * right + 0.8 * ahead - steep * up)
+    up = ahead if name == "top" else up
     forward /= np.linalg.norm(forward)
     right = np.cross(forward, up)
     right /= np.linalg.norm(right)

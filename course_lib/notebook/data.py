@@ -93,11 +93,7 @@ def prepare(names: str | Iterable[str]) -> None:
 class Card(str):
     """The card of a dataset: Markdown in a notebook, plain text elsewhere."""
 
-    def __repr__(self) -> str:
-        return str(self)
-
-    def _repr_markdown_(self) -> str:
-        return str(self)
+    __repr__ = _repr_markdown_ = str.__str__
 
 
 def describe(name: str) -> Card:
@@ -129,19 +125,23 @@ def _synthetic(entry: _catalog.Entry, folder: Path, manifest: Mapping[str, Any])
 
     stored = manifest["frames"]
     form = find_encoding(manifest["encoding"]) if stored else None
-    camera = _camera(manifest["camera"]) if manifest["camera"] else None
+    given = manifest["camera"]
+    camera = PinholeCamera(**{**given, "distortion": tuple(given.get("distortion", (0.0,) * 5))}) if given else None
     poses = arrays(manifest["poses"])["poses"]
 
     def part(name: str, index: int) -> np.ndarray:
         values = _stored.read(folder / stored[index][name])
         return values["array"] if isinstance(values, dict) else values
 
+    def images(name: str) -> Lazy:
+        return Lazy(len(stored), lambda index: part(name, index), f"{name} images")
+
     def raw(index: int) -> tuple[np.ndarray, np.ndarray]:
         return part("color", index), part("depth_raw", index)
 
     per_frame = [name for name in (stored[0] if stored else {}) if name not in ("color", "depth_raw")]
     truth = {
-        **{name.removesuffix("_truth"): lambda n=name: _per_frame(len(stored), part, n) for name in per_frame},
+        **{name.removesuffix("_truth"): lambda n=name: images(n) for name in per_frame},
         **({"poses": lambda: list(poses)} if len(poses) else {}),
         **({"camera": lambda: camera} if camera else {}),
         **{name: lambda n=one["file"]: mesh(n) for name, one in manifest["meshes"].items()},
@@ -167,11 +167,3 @@ def _synthetic(entry: _catalog.Entry, folder: Path, manifest: Mapping[str, Any])
         meshes=Parts(meshes, f"the meshes of {entry.name}"),
         truth=Parts(truth, f"the truth of {entry.name}"),
     )
-
-
-def _per_frame(count: int, part: Any, name: str) -> Lazy:
-    return Lazy(count, lambda index: part(name, index), f"{name} images")
-
-
-def _camera(given: Mapping[str, Any]) -> PinholeCamera:
-    return PinholeCamera(**{**given, "distortion": tuple(given.get("distortion", (0.0,) * 5))})

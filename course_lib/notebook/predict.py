@@ -19,12 +19,8 @@ class Prediction:
         self.question, self.reply, self.answer, self.why, self.open = question, reply, answer, why, open_
 
     def __repr__(self) -> str:
-        lines = [
-            f"Predict: {self.question}",
-            self.reply,
-            f"Answer: {self.answer}" + (f" {self.why}" if self.why else ""),
-        ]
-        return "\n".join(lines)
+        why = f" {self.why}" if self.why else ""
+        return f"Predict: {self.question}\n{self.reply}\nAnswer: {self.answer}{why}"
 
     def _repr_html_(self) -> str:
         why = f"<p>{html.escape(self.why)}</p>" if self.why else ""

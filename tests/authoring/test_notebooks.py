@@ -11,6 +11,7 @@ import pytest
 from course_lib.authoring import notebooks as nbs
 from course_lib.authoring.kernels import kernel_environment
 from course_lib.authoring.tree import CourseError, Tree
+from course_lib.notebook._cells import real_datasets
 from course_lib.notebook._errors import CannotWrite, nearest
 
 GOOD = Path(__file__).parent / "fixtures" / "tree"
@@ -75,8 +76,8 @@ def test_what_is_no_task_heading(heading: str) -> None:
 def test_datasets_are_found_in_first_lines_and_calls(tmp_path: Path) -> None:
     real = '# %%\n# real data: tum_pair, sun_pair\nx = data.load("tum_pair")\n'
     nb = _source(tmp_path, real + "# %%\ny = data.load('living_room')\n")
-    assert nbs.real_datasets(nb.cells[0].source) == ("tum_pair", "sun_pair")
-    assert nbs.real_datasets("x = 1\n# real data: tum_pair") == ()
+    assert real_datasets(nb.cells[0].source) == ("tum_pair", "sun_pair")
+    assert real_datasets("x = 1\n# real data: tum_pair") == ()
     assert nbs.named_datasets(nb) == ["tum_pair", "sun_pair", "living_room"]
 
 

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import re
+import signal
 import subprocess
+import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -17,7 +21,6 @@ from course_lib.authoring.prove import (
     Skipped,
     copy_notebooks,
     pytest_words,
-    skipped_line,
 )
 from course_lib.authoring.tree import Tree
 from course_lib.notebook._errors import Refusal
@@ -106,14 +109,14 @@ def test_copies_leave_the_stored_notebooks_alone(tmp_path: Path) -> None:
 
 def test_what_was_skipped_is_counted_and_explained(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("COURSE_DATA_MIRROR", raising=False)
-    assert skipped_line(Skipped(12, 4, ("tum_pair",))) == (
+    assert Skipped(12, 4, ("tum_pair",)).line == (
         "12 real-data cells in 4 notebooks skipped: COURSE_DATA_MIRROR is not set"
     )
     monkeypatch.setenv("COURSE_DATA_MIRROR", "stick")
-    assert skipped_line(Skipped(1, 1, ("sun_pair", "tum_pair"))) == (
+    assert Skipped(1, 1, ("sun_pair", "tum_pair")).line == (
         "1 real-data cell in 1 notebook skipped: stick and the cache lack sun_pair, tum_pair"
     )
-    assert skipped_line(Skipped(0, 0, ())) == ""
+    assert Skipped(0, 0, ()).line == ""
 
 
 @pytest.mark.slow
@@ -192,3 +195,29 @@ def test_a_check_whose_data_are_not_here_may_say_nothing(run_exercise: nbs.Noteb
     run_exercise.cells[5].outputs = []
     assert stub_findings(run_exercise, skipped=lambda task: task == "01-1") == []
     assert len(stub_findings(run_exercise, skipped=lambda task: task == "01-2")) == 1
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="SIGINT cannot be sent to a group of processes on Windows")
+def test_ctrl_c_ends_the_making_at_once_and_takes_nothing_half_made_for_whole(tmp_path: Path) -> None:
+    script, cache = tmp_path / "make.py", tmp_path / "cache"
+    script.write_text(
+        "import signal\n"
+        "from course_lib.authoring.needed_data import make_side_by_side\n"
+        "if __name__ == '__main__':\n"
+        "    signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "    make_side_by_side(['bunny_like', 'desk_pair'], 2)\n",
+        encoding="utf-8",
+    )
+    environment = {**kernel_environment(Path(__file__).parents[2], tmp_path), "COURSE_CACHE": str(cache)}
+    process = subprocess.Popen(
+        [sys.executable, str(script)], env=environment, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    while not list(cache.glob(".*.part")) and process.poll() is None:
+        time.sleep(0.05)
+    os.killpg(process.pid, signal.SIGINT)
+    began = time.monotonic()
+    _, said = process.communicate(timeout=60)
+    assert process.returncode != 0 and time.monotonic() - began < 5
+    assert said.count("Traceback") == 1 and said.endswith("KeyboardInterrupt\n"), said
+    assert not any(path.is_dir() and not path.name.startswith(".") for path in cache.iterdir())

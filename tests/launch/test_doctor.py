@@ -16,7 +16,7 @@ from course_lib.authoring.tree import Tree, course_tree
 from course_lib.launch import doctor, installed, server
 from course_lib.launch.bootstrap.messages import Verdict
 from course_lib.notebook import _cache, _catalog, _places, _real
-from course_lib.notebook._errors import CannotWrite, DataDamaged, DataMissing
+from course_lib.notebook._errors import CannotWrite, DataDamaged
 
 TREE = course_tree()
 LOCK = (TREE.root / "uv.lock").read_text(encoding="utf-8")
@@ -130,8 +130,6 @@ def test_datasets_are_proved_by_their_hashes(monkeypatch, tmp_path):
     monkeypatch.delenv("COURSE_DATA_MIRROR", raising=False)
 
     def locate(one):
-        if one.name == "gone":
-            raise DataMissing("it is not on this machine: run `python3 course.py data get gone`.")
         if one.name == "spoilt":
             raise DataDamaged("spoilt/f of dataset spoilt is damaged (its sha256 differs): run `x` to fetch it again.")
         return {"f": tmp_path / "f"}
@@ -143,8 +141,9 @@ def test_datasets_are_proved_by_their_hashes(monkeypatch, tmp_path):
 
     monkeypatch.setattr(_real, "locate", locate)
     monkeypatch.setattr(_cache, "proved", proved)
-    for name in ("made-1-7", "torn-1-7"):
-        (tmp_path / name).mkdir()
+    for name in ("made-1-7", "torn-1-7", "real/here", "real/spoilt"):
+        (tmp_path / name).mkdir(parents=True)
+        (tmp_path / name / "f").touch()
     found = {verdict.name: verdict for verdict in verdicts_of(doctor._datasets)}
     assert {name: verdict.ok for name, verdict in found.items()} == {
         "here": True, "gone": None, "spoilt": False, "unmade": True, "made": True, "torn": None,

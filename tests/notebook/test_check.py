@@ -14,12 +14,11 @@ import pytest
 
 from course_lib import tasks
 from course_lib.notebook import check as _check  # noqa: F401 - loads the module below
-from course_lib.notebook._card import BANDS, Card
 from course_lib.tasks.core import Case, Misconception, Task
 from course_lib.tasks.judges import judge_array, judge_band, judge_choice, judge_words, worst_of
 
 module = sys.modules["course_lib.notebook.check"]
-check, CheckFailed = module.check, module.CheckFailed
+check, CheckFailed, Card, BANDS = module.check, module.CheckFailed, module.Card, module.BANDS
 
 TRUTH = np.arange(12.0).reshape(4, 3)
 WRONG = {"A": "flip", "B": "range"}

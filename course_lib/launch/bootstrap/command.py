@@ -90,18 +90,18 @@ def main(arguments: List[str]) -> int:
     """Run, and turn every Stop into its sentence, its mend and its exit code."""
     try:
         return run(arguments)
-    except Stop as stop:
-        say("course: " + stop.sentence + ("\n    " + stop.mend if stop.mend else ""))
-        return EXIT[stop.code]
+    except Stop as error:
+        stop = error
     except KeyboardInterrupt:
-        say("\ncourse: interrupted; the same command goes on where it stopped:\n    python3 " + quoted(this_command()))
-        return EXIT["interrupted"]
+        say("")
+        mend = "python3 " + quoted(this_command())
+        stop = Stop("interrupted", "interrupted; the same command goes on where it stopped:", mend)
     except OSError as error:
-        if isinstance(error, FileNotFoundError) and error.filename == str(places.LOCK_FILE):
-            say("course: uv.lock is missing from this copy of the course: get it again.\n    git checkout uv.lock")
-            return EXIT["install"]
         place = Path(error.filename).parent if isinstance(error.filename, str) else places.ROOT
-        if error.errno in (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)):
+        if isinstance(error, FileNotFoundError) and error.filename == str(places.LOCK_FILE):
+            missing = "uv.lock is missing from this copy of the course: get it again."
+            stop = Stop("install", missing, "git checkout uv.lock")
+        elif error.errno in (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)):
             stop = disk_full(places.ROOT, shutil.disk_usage(str(places.ROOT)).free)
         elif error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
             stop = Stop(
@@ -111,5 +111,5 @@ def main(arguments: List[str]) -> int:
             )
         else:
             raise
-        say("course: " + stop.sentence + "\n    " + stop.mend)
-        return EXIT[stop.code]
+    say("course: " + stop.sentence + ("\n    " + stop.mend if stop.mend else ""))
+    return EXIT[stop.code]

@@ -24,9 +24,6 @@ def disk_full(place: Path, free: int, needed: int = BYTES_NEEDED) -> Stop:
     sentence = f"The disk of {place} has {free / 1e9:.1f} GB free, and the installation needs {needed / 1e9:.1f} GB: "
     sentence += "make room, or "
     if place == places.ROOT:
-        return Stop(
-            "disk",
-            sentence + "move the course.",
-            quoted(["mv" if os.name != "nt" else "move", str(places.ROOT), "/another/disk/"]),
-        )
+        move = quoted(["mv" if os.name != "nt" else "move", str(places.ROOT), "/another/disk/"])
+        return Stop("disk", sentence + "move the course.", move)
     return Stop("disk", sentence + "put uv's cache elsewhere.", with_variable("UV_CACHE_DIR", "/another/disk/uv-cache"))

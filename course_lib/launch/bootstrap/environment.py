@@ -76,7 +76,9 @@ def set_up(known: Facts, lock_handle: int) -> None:
     packages = site_packages()
     # One relative line, so that the folder may be moved or renamed.
     (packages / "course.pth").write_text(os.path.relpath(str(places.ROOT), str(packages)) + "\n", encoding="ascii")
-    write_whole(places.VENV / ".course.json", json.dumps(expected_stamp(_version_of(venv_python()) or "")))
+    part = places.VENV / ".course.json.part"
+    part.write_text(json.dumps(expected_stamp(_version_of(venv_python()) or "")), encoding="utf-8")
+    os.replace(str(part), str(places.VENV / ".course.json"))
     unfinished.unlink()
     say(f"Set up in {time.monotonic() - began:.0f} s; from now on no network is needed.")
 
@@ -103,10 +105,3 @@ def _version_of(python: Path) -> Optional[str]:
     if run.returncode or len(words) != 2 or words[1] != "True":
         return None
     return words[0] if PYTHONS[0] <= tuple(int(n) for n in re.findall(r"\d+", words[0])[:2]) <= PYTHONS[1] else None
-
-
-def write_whole(path: Path, text: str) -> None:
-    """Write a small file so that it is there whole or not at all."""
-    part = path.with_name(path.name + ".part")
-    part.write_text(text, encoding="utf-8")
-    os.replace(str(part), str(path))

@@ -1,6 +1,5 @@
 """Running uv with the settings in force, and saying in one sentence why it failed."""
 
-import http.client
 import os
 import re
 import shutil
@@ -12,7 +11,7 @@ from typing import Dict, List, Mapping
 from . import places
 from .disk import disk_full
 from .messages import Stop, say, with_variable
-from .package_index import PYPI, Index, open_url, unreachable, without_secret
+from .package_index import PYPI, Index, not_answering, unreachable, without_secret
 from .places import cache_folder, existing
 
 
@@ -77,12 +76,9 @@ def why_uv_failed(said: str, code: int, index: Index, environment: Mapping[str, 
             f"The package index {without_secret(index.url)} serves a file with another hash than uv.lock's.",
             with_variable("UV_DEFAULT_INDEX", PYPI),
         )
-    try:
-        with open_url(index.url.rstrip("/") + "/uv/", index):
-            pass
-    except (OSError, http.client.HTTPException) as error:  # a URLError is an OSError
-        if getattr(error, "code", None) != 404 and not index.no_index:
-            return unreachable(index, error)
+    error = None if index.no_index else not_answering(index)
+    if error and getattr(error, "code", None) != 404:
+        return unreachable(index, error)
     lines = [line.strip() for line in said.splitlines() if line.strip()][-12:]
     if lines:
         say("\n".join("  uv: " + line for line in lines))

@@ -3,6 +3,7 @@
 import base64
 import configparser
 import html.parser
+import http.client
 import json
 import os
 import re
@@ -159,6 +160,15 @@ def open_url(url: str, index: Index, **headers: str) -> Any:
     return urllib.request.build_opener(*handlers).open(request, timeout=30)
 
 
+def not_answering(index: Index) -> Optional[Exception]:
+    """What is in the way of asking the index; None where it answers."""
+    try:
+        with open_url(index.url.rstrip("/") + "/uv/", index):
+            return None
+    except (OSError, http.client.HTTPException) as error:  # a URLError is an OSError
+        return error
+
+
 class _Links(html.parser.HTMLParser):
     def __init__(self) -> None:
         super().__init__()
@@ -190,10 +200,10 @@ def unreachable(index: Index, reason: object) -> Stop:
     reason = getattr(reason, "reason", None) or reason
     reason = getattr(reason, "strerror", None) or reason
     if "CERTIFICATE_VERIFY_FAILED" in str(reason):
-        told = "name the file of your institution's certificates"
         return Stop(
             "index",
-            f"The certificate of the package index {without_secret(index.url)} is not trusted here: {told}.",
+            f"The certificate of the package index {without_secret(index.url)} is not trusted here: name the file of "
+            "your institution's certificates.",
             with_variable("SSL_CERT_FILE", "/path/to/certificates.pem"),
         )
     told = str(reason) or type(reason).__name__

@@ -2,19 +2,11 @@
 
 import re
 import sys
-from typing import List
 
 from . import places
 from .interpreter import PYTHONS, python_to_use
 from .messages import Stop, quoted
 from .platform_facts import Facts
-
-DEBIAN_WITH_PYTHON = "python:3.12-bookworm"
-
-
-def open3d_tags(lock: str) -> List[str]:
-    """The platform tags of every Open3D wheel in uv.lock, for example manylinux_2_35_x86_64."""
-    return sorted(set(re.findall(r"/open3d(?:_cpu)?-[^/\"]+-cp\d+-([^-/\"]+)\.whl", lock)))
 
 
 def check_machine(known: Facts, lock: str) -> None:
@@ -26,7 +18,8 @@ def check_machine(known: Facts, lock: str) -> None:
         With one sentence and the command that mends it.
     """
     dotted = ".".join(str(n) for n in known.version)
-    tags = open3d_tags(lock)
+    # the platform tags of every Open3D wheel, for example manylinux_2_35_x86_64
+    tags = set(re.findall(r"/open3d(?:_cpu)?-[^/\"]+-cp\d+-([^-/\"]+)\.whl", lock))
     machine = {"AMD64": "amd64", "ARM64": "arm64"}.get(known.machine, known.machine)
     suffix = {"Linux": "_" + machine, "Darwin": "_" + machine, "Windows": "win_" + machine}.get(known.system, "?")
     kind = {"Linux": "manylinux", "Darwin": "macosx", "Windows": "win"}.get(known.system, "?")
@@ -53,7 +46,7 @@ def check_machine(known: Facts, lock: str) -> None:
             "ssh -L 8888:127.0.0.1:8888 you@other-machine",
         )
     container = f"docker run --rm -it --network host -v {quoted([str(places.ROOT)])}:/course -w /course "
-    container += f"{DEBIAN_WITH_PYTHON} python3 {quoted(arguments)}"
+    container += f"python:3.12-bookworm python3 {quoted(arguments)}"
     floor = max((tuple(int(n) for n in re.findall(r"\d+", tag)[:2]) for tag in fitting), default=(2, 35))
     if known.libc[0] == "musl":
         raise Stop(

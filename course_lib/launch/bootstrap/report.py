@@ -1,6 +1,5 @@
 """The part of `doctor` that needs no environment, and how verdicts are printed."""
 
-import http.client
 import os
 import shutil
 import sys
@@ -10,10 +9,10 @@ from . import places
 from .disk import BYTES_NEEDED
 from .environment import is_ready
 from .messages import Stop, Verdict
-from .package_index import index_in_force, open_url, unreachable, without_secret
+from .package_index import index_in_force, not_answering, unreachable, without_secret
 from .platform_check import check_machine
 from .platform_facts import Facts
-from .system_libraries import library_command, linux_family, missing_libraries
+from .system_libraries import library_command, missing_libraries
 
 
 def basic_verdicts(known: Facts) -> List[Verdict]:
@@ -31,7 +30,7 @@ def basic_verdicts(known: Facts) -> List[Verdict]:
         verdicts.append(Verdict("Python", False, f"{stop.sentence} ({text})", stop.mend))
     vital, drawing = missing_libraries(known)
     if known.system == "Linux":
-        line = library_command(vital + drawing, linux_family())
+        line = library_command(vital + drawing)
         told = "Open3D cannot load without " + ", ".join(vital) if vital else "what Open3D needs is there"
         verdicts.append(Verdict("Linux libraries", not vital, told, line if vital else ""))
         if drawing and not is_ready():  # else `doctor` tries to draw
@@ -49,12 +48,9 @@ def doctor_before_set_up(known: Facts, as_csv: bool) -> int:
     """`doctor` where there is no environment yet: it reports and installs nothing."""
     index = index_in_force(os.environ)
     verdicts = basic_verdicts(known) + [Verdict("environment", False, "not set up", "python3 course.py start")]
-    try:
-        with open_url(index.url.rstrip("/") + "/uv/", index):
-            verdicts.append(Verdict("package index", True, without_secret(index.url)))
-    except (OSError, http.client.HTTPException) as error:
-        stop = unreachable(index, error)
-        verdicts.append(Verdict("package index", False, stop.sentence, stop.mend))
+    error = not_answering(index)
+    stop = unreachable(index, error) if error else Stop("index", without_secret(index.url))
+    verdicts.append(Verdict("package index", error is None, stop.sentence, stop.mend))
     print_verdicts(verdicts, as_csv)
     return 1
 

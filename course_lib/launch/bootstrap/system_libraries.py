@@ -18,7 +18,7 @@ OPEN3D_NEEDS = {
     "aarch64": ["libgfortran.so.5"],
     "": ["libEGL.so.1", "libGL.so.1", "libX11.so.6", "libidn2.so.0", "libstdc++.so.6", "libgcc_s.so.1", "libz.so.1"],
 }
-# One row a library: its package on Debian/Ubuntu (tried), Fedora, openSUSE, Arch (these three untested).
+# A row a library, and the sandbox: its package on Debian/Ubuntu (tried), Fedora, openSUSE, Arch (these three untested).
 PACKAGES = {
     "libusb-1.0.so.0": ("libusb-1.0-0", "libusb1", "libusb-1_0-0", "libusb"),
     "libudev.so.1": ("libudev1", "systemd-libs", "libudev1", "systemd-libs"),
@@ -30,6 +30,7 @@ PACKAGES = {
     "libstdc++.so.6": ("libstdc++6", "libstdc++", "libstdc++6", "gcc-libs"),
     "libgcc_s.so.1": ("libgcc-s1", "libgcc", "libgcc_s1", "gcc-libs"),
     "libz.so.1": ("zlib1g", "zlib", "libz1", "zlib"),
+    "bwrap": ("bubblewrap", "bubblewrap", "bubblewrap", "bubblewrap"),
     "an EGL driver": ("libegl-mesa0 libgl1-mesa-dri", "mesa-libEGL mesa-dri-drivers", "Mesa-libEGL1 Mesa-dri", "mesa"),
 }
 FAMILIES = {
@@ -83,9 +84,9 @@ def linux_family() -> str:
     return next((names.get(word, word) for word in words if names.get(word, word) in FAMILIES), "")
 
 
-def library_command(missing: Sequence[str], family: str) -> str:
+def library_command(missing: Sequence[str]) -> str:
     """The line that an administrator runs to install these libraries; "" where none is missing."""
-    column, command = FAMILIES.get(family, FAMILIES["debian"])
+    column, command = FAMILIES.get(linux_family(), FAMILIES["debian"])
     packages = sorted(set(" ".join(PACKAGES[name][column] for name in missing).split()))
     return as_administrator(f"{command} {' '.join(packages)}") if packages else ""
 
@@ -98,15 +99,19 @@ def as_administrator(command: str) -> str:
     return command if is_administrator() else f"sudo {command}"
 
 
+def install_as_root(what: str, line: str) -> None:
+    """Run the line of an administrator where this is one, on Debian or Ubuntu; elsewhere do nothing."""
+    if linux_family() == "debian" and is_administrator() and shutil.which("apt-get"):
+        say(f"Installing {what}: {line}")
+        apt_get(line)
+
+
 def ensure_sandbox(known: Facts) -> None:
     """Install bubblewrap, in which submitted notebooks run, as root on Debian or Ubuntu; elsewhere name the line."""
     if known.system != "Linux" or shutil.which("bwrap"):
         return
-    command = FAMILIES.get(linux_family(), FAMILIES["debian"])[1]
-    line = as_administrator(f"{command} bubblewrap")
-    if linux_family() == "debian" and is_administrator() and shutil.which("apt-get"):
-        say(f"Installing the sandbox of submitted notebooks: {line}")
-        apt_get(line)
+    line = library_command(["bwrap"])
+    install_as_root("the sandbox of submitted notebooks", line)
     if not shutil.which("bwrap"):
         say(f"Submitted notebooks run in bubblewrap, which an administrator installs with this line:\n    {line}")
 
@@ -120,20 +125,14 @@ def ensure_libraries(known: Facts) -> None:
         If Open3D cannot load. Without a driver to draw with, only a remark is printed.
     """
     vital, drawing = missing_libraries(known)
-    family = linux_family()
-    if (vital or drawing) and family == "debian" and is_administrator() and shutil.which("apt-get"):
-        command = library_command(vital + drawing, family)
-        say(f"Installing Linux libraries of Open3D and VTK: {command}")
-        apt_get(command)
+    if vital or drawing:
+        install_as_root("Linux libraries of Open3D and VTK", library_command(vital + drawing))
         vital, drawing = missing_libraries(known)
-    line = library_command(vital + drawing, family)
-    tried = "" if family == "debian" else " (untested on this Linux)"
+    line = library_command(vital + drawing)
+    tried = "" if linux_family() == "debian" else " (untested on this Linux)"
     if vital:
-        names = ", ".join(vital)
-        sentence = (
-            f"Open3D cannot load without {names}; an administrator installs what is missing with this line{tried}:"
-        )
-        raise Stop("libraries", sentence, line)
+        what = f"Open3D cannot load without {', '.join(vital)}"
+        raise Stop("libraries", f"{what}; an administrator installs what is missing with this line{tried}:", line)
     if drawing:
         say("There is no driver to draw 3D with: everything works, with clouds and meshes drawn by matplotlib.")
         say(f"An administrator adds one with this line{tried}:\n    {line}")
