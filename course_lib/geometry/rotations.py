@@ -1,4 +1,4 @@
-"""The ways to write a rigid motion besides a 4x4 matrix: twists (exp and log) and quaternions.
+"""The ways to write a rigid motion besides an exact 4x4 matrix: twists (exp and log), quaternions, rounded matrices.
 
 A twist is (v, w): the translation part first, in metres, then the rotation part, in radians. Quaternions are in the
 order x, y, z, w. Everything here can be had from `course_lib.geometry.transforms` too.
@@ -223,3 +223,42 @@ def to_quaternion_xyzw(T: ArrayLike) -> NDArray[np.float64]:
     [1.0, 0.0, 0.0, 0.0]
     """
     return _quaternion_xyzw(checks.check_rigid(T)[:3, :3])
+
+
+def nearest_rigid(T: ArrayLike) -> NDArray[np.float64]:
+    """Return the rigid transform nearest to one that lost digits when it was written to a file.
+
+    Parameters
+    ----------
+    T : (4, 4), metres; its rotation may miss a true one by 1e-3 in each entry.
+
+    Returns
+    -------
+    (4, 4) float64: the nearest rotation in the sense of least squares, the translation unchanged.
+
+    Raises
+    ------
+    ValueError
+        If more is wrong than rounding explains.
+
+    References
+    ----------
+    Golub and Van Loan, Matrix Computations, 4th ed., sec. 6.4.1: the orthogonal Procrustes problem.
+
+    Examples
+    --------
+    >>> nearest_rigid(np.diag([0.9999, 0.9999, 0.9999, 1.0])).tolist() == np.eye(4).tolist()
+    True
+    """
+    matrix = checks.numbers(T, "T").astype(np.float64)
+    if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
+        return checks.check_rigid(matrix)  # which says what is wrong
+    U, _, Vt = np.linalg.svd(matrix[:3, :3])
+    rigid = matrix.copy()
+    rigid[:3, :3] = U @ Vt
+    missed = float(np.abs(rigid - matrix).max())
+    if missed > checks.ROUNDED:
+        raise ValueError(
+            f"T: no rotation is near its upper left 3x3 (the nearest misses by {missed:.3g}), it scales or shears."
+        )
+    return checks.check_rigid(rigid)

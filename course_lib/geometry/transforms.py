@@ -19,7 +19,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from course_lib import checks
 from course_lib.checks import FloatArray, check_rigid
-from course_lib.geometry.rotations import exp, from_quaternion_xyzw, hat, log, rotation_vector, to_quaternion_xyzw, vee
+from course_lib.geometry.rotations import (
+    exp,
+    from_quaternion_xyzw,
+    hat,
+    log,
+    nearest_rigid,
+    rotation_vector,
+    to_quaternion_xyzw,
+    vee,
+)
 
 __all__ = [
     "PoseError", "apply", "check_rigid", "compose", "exp", "from_quaternion_xyzw", "from_rotation_translation", "hat",
@@ -121,45 +130,6 @@ def invert(T: ArrayLike) -> NDArray[np.float64]:
     inverse[:3, :3] = T[:3, :3].T
     inverse[:3, 3] = -T[:3, :3].T @ T[:3, 3]
     return inverse
-
-
-def nearest_rigid(T: ArrayLike) -> NDArray[np.float64]:
-    """Return the rigid transform nearest to one that lost digits when it was written to a file.
-
-    Parameters
-    ----------
-    T : (4, 4), metres; its rotation may miss a true one by 1e-3 in each entry.
-
-    Returns
-    -------
-    (4, 4) float64: the nearest rotation in the sense of least squares, the translation unchanged.
-
-    Raises
-    ------
-    ValueError
-        If more is wrong than rounding explains.
-
-    References
-    ----------
-    Golub and Van Loan, Matrix Computations, 4th ed., sec. 6.4.1: the orthogonal Procrustes problem.
-
-    Examples
-    --------
-    >>> nearest_rigid(np.diag([0.9999, 0.9999, 0.9999, 1.0])).tolist() == np.eye(4).tolist()
-    True
-    """
-    matrix = checks.numbers(T, "T").astype(np.float64)
-    if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
-        return check_rigid(matrix)  # which says what is wrong
-    U, _, Vt = np.linalg.svd(matrix[:3, :3])
-    rigid = matrix.copy()
-    rigid[:3, :3] = U @ Vt
-    missed = float(np.abs(rigid - matrix).max())
-    if missed > checks.ROUNDED:
-        raise ValueError(
-            f"T: no rotation is near its upper left 3x3 (the nearest misses by {missed:.3g}), it scales or shears."
-        )
-    return check_rigid(rigid)
 
 
 def apply(T: ArrayLike, points: ArrayLike) -> FloatArray:

@@ -96,7 +96,8 @@ class Dataset:
     frames : sequence of RGBDFrame, metres, decoded when asked for.
     encoding : how the depth of `raw` is stored.
     camera : intrinsics; `camera.source` says where they come from, or "assumed".
-    poses : list of (4, 4) T_world_camera, one a frame. Truth only in a synthetic dataset.
+    poses : list of (4, 4) T_world_camera, one a frame, None where a recording lacks it. Truth only in a synthetic
+        dataset.
     cloud, clouds : the main PointCloud, and all by name.
     mesh, meshes : the main Mesh, and all by name.
     truth : by name, what is known exactly; synthetic datasets only.
@@ -232,5 +233,6 @@ def _brief(value: Any) -> str:
         no_data = " and ".join(str(number) for number in value.no_data)
         return f"{value.name}: {value.units_per_metre:g} units a metre, {no_data} = no data"
     if isinstance(value, list):
-        return f"{len(value)} T_world_camera"
+        known = sum(T is not None for T in value)
+        return f"{known if known == len(value) else f'{known} of {len(value)}'} T_world_camera"
     return str(value)

@@ -136,6 +136,7 @@ def test_one_missing_pose_drops_no_other(tmp_path):
     dataset = data.from_folder(folder)
     assert [None if T is None else T[0, 3] for T in dataset.poses] == [0, 1, 2, 3, None]
     assert dataset.title.endswith("; 1 of 5 frames have no pose in groundtruth.txt")
+    assert "4 of 5 T_world_camera" in repr(dataset)
     (folder / "groundtruth.txt").write_text("5 0 0 0 0 0 0 1\n")
     dataset = data.from_folder(folder)
     assert not hasattr(dataset, "poses") and dataset.title.endswith("groundtruth.txt has no pose of these frames")
