@@ -151,10 +151,10 @@ def _failed(result: Result, outcomes: list[Outcome], failures: int) -> Card:
     """The first failure tells the error, the second also what it looks like, the third also where to look."""
     task, ratio, total = result.task, result.verdict.ratio, len(result.verdicts)
     lines: list[str | tuple[str, str]] = [result.error]
-    if failures >= 2 and result.recognised:
-        lines.append(("This looks like", result.looks_like.removeprefix("This looks like ")))
-    elif failures >= 2 and result.compares:
-        lines.append("None of the usual mistakes fits this answer.")
+    formal = result.diagnosis is not None and result.diagnosis.kind == "form"
+    if result.looks_like and (failures >= 2 or formal):
+        start, says = "This looks like", result.looks_like
+        lines.append((start, says.removeprefix(start + " ")) if says.startswith(start) else says)
     if failures >= 3:
         lines.append(("Where to look:", result.where.removeprefix("Where to look: ")))
     details = [] if result.status == "raised" or result.told.startswith("nothing") else [("It was given", result.told)]

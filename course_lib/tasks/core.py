@@ -127,6 +127,8 @@ class Task:
     where : what to read again: "lesson 03, section 2 (the pinhole model)".
     distance : `distance(case, a, b)` in tolerances, where the default will not do. The default judges `a` with `b` in
         the place of `hidden["truth"]`.
+    anatomy : for answers whose parts have names: `anatomy(case, answer)` says which part is wrong, the one that causes
+        the others first, as (name, sentence); None for the usual one.
     data : names of real datasets that the cases need; makes `cases` take `load` (the notebook's `data.load`).
     guess : for open tasks: `guess(rng)` returns a function with random settings, which must earn less than half.
     rubric : for explain tasks: what earns 0, 1 and 2.
@@ -145,6 +147,7 @@ class Task:
     kind: str = "write"
     where: str = ""
     distance: Callable[[Case, Plain, Plain], float] | None = None
+    anatomy: Callable[[Case, Plain], tuple[str, str] | None] | None = None
     data: tuple[str, ...] = ()
     guess: Callable[[np.random.Generator], Callable[..., Any]] | None = None
     rubric: tuple[str, ...] = ()

@@ -3,30 +3,15 @@
 from __future__ import annotations
 
 import math
-import weakref
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from course_lib.tasks.core import Case, Misconception, Task, Verdict
-from course_lib.tasks.plain import Plain, same
-from course_lib.tasks.running import Outcome, given_text, run
-
-FAR = 5.0
-"""A misconception shows in a case where it is at least so many tolerances from the truth."""
-
-
-@dataclass(frozen=True)
-class _Wrong:
-    """What a misconception answers to a case; `far` says whether that is FAR from the truth."""
-
-    outcome: Outcome
-    far: bool
-
-
-_known: weakref.WeakKeyDictionary[Case, dict[tuple[str, str], _Wrong]] = weakref.WeakKeyDictionary()
+from course_lib.tasks.diagnosis import UNKNOWN, Diagnosis, diagnose
+from course_lib.tasks.running import Outcome, given_text
 
 
 @dataclass(frozen=True)
@@ -40,9 +25,8 @@ class Result:
     verdicts : one a case; a case without an answer has a failed verdict with the reason as its message.
     worst : index of the case to speak of.
     told : what that case gave, in words.
-    recognised : the misconceptions that fit; more than one where the cases cannot tell them apart.
     score : 0 to 1.
-    several : whether no one misconception fits, but different ones fit different cases.
+    diagnosis : what went wrong; None where nothing did, or nothing can be said.
     """
 
     task: Task
@@ -50,9 +34,8 @@ class Result:
     verdicts: tuple[Verdict, ...]
     worst: int
     told: str
-    recognised: tuple[Misconception, ...]
     score: float
-    several: bool = False
+    diagnosis: Diagnosis | None = None
 
     @property
     def passed(self) -> bool:
@@ -75,17 +58,16 @@ class Result:
         return self.verdict.message
 
     @property
-    def compares(self) -> bool:
-        """Whether values were compared: not where an answer's form was refused, which the error already names."""
-        return self.status == "failed" and self.task.kind != "explain" and math.isfinite(self.verdict.error)
+    def recognised(self) -> tuple[Misconception, ...]:
+        """The registered mistakes that fit; more than one where the cases cannot tell them apart."""
+        return self.diagnosis.mistakes if self.diagnosis else ()
 
     @property
     def looks_like(self) -> str:
-        """The second help: "This looks like …", or "" where nothing is recognised."""
-        if not self.recognised:
-            return ""
-        between = ", and in another case like " if self.several else ", or like "
-        return "This looks like " + between.join(m.message.strip().rstrip(".") for m in self.recognised) + "."
+        """The second help: "This looks like …", or what the errors have in common; "" where there is nothing to say."""
+        if self.diagnosis is not None:
+            return f"{self.diagnosis.says} {UNKNOWN}" if self.diagnosis.kind == "anatomy" else self.diagnosis.says
+        return UNKNOWN if self.status == "failed" and math.isfinite(self.verdict.error) else ""
 
     @property
     def where(self) -> str:
@@ -113,13 +95,16 @@ def band(ratio: float) -> str:
     return "more than 10 times the tolerance"
 
 
-def judge_all(task: Task, cases: Sequence[Case], outcomes: Sequence[Outcome]) -> Result:
+def judge_all(
+    task: Task, cases: Sequence[Case], outcomes: Sequence[Outcome], reference: Callable[..., Any] | None = None
+) -> Result:
     """Judge what a function answered to each case.
 
     Parameters
     ----------
     task, cases : the task and the cases of one `fresh` drawing.
     outcomes : as many, from `run_all` here, or made by a grader from what another process answered.
+    reference : a right function, for slips of the inputs; without it they are not diagnosed.
     """
     if len(outcomes) != len(cases) or not cases:
         raise ValueError(f"task {task.id}: {len(outcomes)} outcomes for {len(cases)} cases; one for each is needed.")
@@ -130,14 +115,11 @@ def judge_all(task: Task, cases: Sequence[Case], outcomes: Sequence[Outcome]) ->
     status = "by hand" if task.kind == "explain" else "passed"
     if not passed:
         status = outcomes[worst].kind if outcomes[worst].kind in ("not started", "raised") else "failed"
-    recognised = () if status in ("passed", "by hand", "not started") else recognise(task, cases, outcomes, verdicts)
-    several = False
-    if not recognised and status == "failed":
-        recognised = recognise_by_case(task, cases, outcomes, verdicts)
-        several = len(recognised) > 1
+    silent = status in ("passed", "by hand", "not started")
+    diagnosis = None if silent else diagnose(task, cases, outcomes, verdicts, reference)
     case = cases[worst]
     told = given_text(case.given) + (f" ({case.name})" if case.name else "")
-    return Result(task, status, verdicts, worst, told, recognised, score, several)
+    return Result(task, status, verdicts, worst, told, score, diagnosis)
 
 
 def _verdict(task: Task, case: Case, outcome: Outcome) -> Verdict:
@@ -163,115 +145,3 @@ def _score(task: Task, verdicts: Sequence[Verdict]) -> float:
     if len(scores) % task.draws:
         raise ValueError(f"task {task.id}: an open task draws equally many cases from every seed.")
     return float(np.median(scores.reshape(task.draws, -1).mean(axis=1)))
-
-
-def wrong_answer(task: Task, source: str, case: Case) -> _Wrong:
-    """What the source of a misconception answers to a case; remembered as long as the case lives."""
-    known = _known.setdefault(case, {})
-    key = (task.id, source)
-    if key not in known:
-        outcome = run(load_source(source, task.function), case)
-        known[key] = _Wrong(outcome, outcome.kind == "answer" and is_far(task, task.judge(case, outcome.answer)))
-    return known[key]
-
-
-def is_far(task: Task, verdict: Verdict) -> bool:
-    """Whether a wrong answer shows: it is FAR off; in an open task, it earns less than half."""
-    return not verdict.passed and (task.kind == "open" or verdict.ratio >= FAR)
-
-
-def load_source(source: str, name: str) -> Any:
-    """The function of a piece of learner code in which `np` and `math` are there, as in a lab's first cell."""
-    namespace: dict[str, Any] = {"np": np, "math": math, "__name__": "__main__"}
-    exec(compile(source, f"<source of {name}>", "exec"), namespace)
-    return namespace[name]
-
-
-def distance(task: Task, case: Case, a: Plain, b: Plain) -> float:
-    """How far two answers to a case are from each other, in tolerances."""
-    if isinstance(b, np.ndarray) and isinstance(a, list):
-        a = _as_array(a)
-    if same(a, b):
-        return 0.0
-    if not _comparable(a, b):
-        return math.inf
-    if task.distance is not None:
-        return float(task.distance(case, a, b))
-    if "truth" not in case.hidden:
-        return math.inf
-    return task.judge(replace(case, hidden={**case.hidden, "truth": b}), a).ratio
-
-
-def _as_array(value: list[Plain]) -> Plain:
-    try:
-        array = np.asarray(value)
-    except ValueError:  # rows of different lengths
-        return value
-    return array if array.dtype.kind in "biuf" else value
-
-
-def _comparable(a: Plain, b: Plain) -> bool:
-    """Whether two plain values are of the same form, so that a judge may take one for the truth of the other."""
-    if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
-        return a.ndim == b.ndim and a.dtype.names == b.dtype.names
-    if isinstance(a, (int, float)) and isinstance(b, (int, float)):
-        return isinstance(a, bool) == isinstance(b, bool)
-    if isinstance(a, list) and isinstance(b, list):
-        return len(a) == len(b) and all(map(_comparable, a, b))
-    if isinstance(a, dict) and isinstance(b, dict):
-        return a.keys() == b.keys() and all(_comparable(a[key], b[key]) for key in a)
-    return type(a) is type(b)
-
-
-def recognise(
-    task: Task, cases: Sequence[Case], outcomes: Sequence[Outcome], verdicts: Sequence[Verdict]
-) -> tuple[Misconception, ...]:
-    """The misconceptions that explain a wrong answer.
-
-    One explains it if the answer agrees with it, to within the tolerance, in every case where it is far from the truth
-    (there must be one), and agrees with it or is right in every other case. Where a misconception has no answer itself,
-    the case is left out. So where every case is right, nothing needs to be run.
-    """
-    if all(verdict.passed for verdict in verdicts):
-        return ()
-    return tuple(
-        m
-        for m in task.misconceptions
-        if any(_explains(task, source, cases, outcomes, verdicts) for source in m.sources)
-    )
-
-
-def recognise_by_case(
-    task: Task, cases: Sequence[Case], outcomes: Sequence[Outcome], verdicts: Sequence[Verdict]
-) -> tuple[Misconception, ...]:
-    """Two mistakes at once: what explains the failed cases one by one; nothing if one of them stays unexplained."""
-    found: dict[str, Misconception] = {}
-    for case, outcome, verdict in zip(cases, outcomes, verdicts, strict=True):
-        if verdict.passed:
-            continue
-        fit = [m for m in task.misconceptions if _explains_one(task, m, case, outcome, verdict)]
-        if not fit:
-            return ()
-        if not any(m.name in found for m in fit):
-            found[fit[0].name] = fit[0]
-    return tuple(found.values())
-
-
-def _explains_one(task: Task, misconception: Misconception, case: Case, outcome: Outcome, verdict: Verdict) -> bool:
-    return any(_explains(task, source, [case], [outcome], [verdict]) for source in misconception.sources)
-
-
-def _explains(
-    task: Task, source: str, cases: Sequence[Case], outcomes: Sequence[Outcome], verdicts: Sequence[Verdict]
-) -> bool:
-    shown = False
-    for case, outcome, verdict in zip(cases, outcomes, verdicts, strict=True):
-        wrong = wrong_answer(task, source, case)
-        if wrong.outcome.kind != "answer":
-            continue
-        if outcome.kind != "answer" or (wrong.far and verdict.passed):
-            return False
-        if not verdict.passed and distance(task, case, outcome.answer, wrong.outcome.answer) > 1:
-            return False
-        shown |= wrong.far
-    return shown

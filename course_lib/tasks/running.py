@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from course_lib.tasks.core import Case
-from course_lib.tasks.plain import Plain, describe, plain
+from course_lib.tasks.plain import Plain, describe, plain, same
 
 MAX_PRINTED = 400
 
@@ -32,6 +32,7 @@ class Outcome:
     answer : plain data; None unless `kind` is "answer".
     trouble : one sentence; why there is no answer.
     printed, warned : the beginning of what it printed, its first warning.
+    overwrote : names of what it was given and changed.
     """
 
     kind: str
@@ -39,6 +40,7 @@ class Outcome:
     trouble: str = ""
     printed: str = ""
     warned: str = ""
+    overwrote: tuple[str, ...] = ()
 
 
 class _Limited(io.TextIOBase):
@@ -52,9 +54,9 @@ class _Limited(io.TextIOBase):
         return len(text)
 
 
-def run(function: Callable[..., Any], case: Case) -> Outcome:
-    """Call a function on copies of what a case gives. Only KeyboardInterrupt gets out."""
-    given = {name: plain(value) for name, value in case.given.items()}
+def run(function: Callable[..., Any], case: Case, *, as_given: bool = False) -> Outcome:
+    """Call a function on copies of what a case gives (`as_given`: on these things). Only KeyboardInterrupt gets out."""
+    given = dict(case.given) if as_given else {name: plain(value) for name, value in case.given.items()}
     told = given_text(case.given)
     stream = _Limited()
     value, problem = None, None
@@ -76,7 +78,8 @@ def run(function: Callable[..., Any], case: Case) -> Outcome:
         open_stub = isinstance(problem, NotImplementedError) and _innermost_is_learners(problem.__traceback__)
         return Outcome("not started" if open_stub else "raised", None, _sentence(problem, told), stream.kept, first)
     try:
-        return Outcome("answer", plain(value), "", stream.kept, first)
+        changed = () if as_given else tuple(n for n, v in case.given.items() if not same(plain(given[n]), v, 0.0))
+        return Outcome("answer", plain(value), "", stream.kept, first, changed)
     except ValueError as error:
         return Outcome("not plain", None, _capital(str(error)), stream.kept, first)
 

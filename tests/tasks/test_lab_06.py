@@ -343,7 +343,7 @@ def test_n_and_d_in_a_tuple_are_to_be_joined():
     task = tasks.get("06-2")
     cases = task.public()
     result = tasks.judge_all(task, cases, tasks.run_all(lambda points: (np.array([0, 0, 1.0]), -2.0), cases))
-    assert "np.append(n, d)" in result.error and not result.compares
+    assert "np.append(n, d)" in result.error and result.diagnosis.names == ("not joined",)
 
 
 def test_task_4_names_a_cause_that_is_used_twice():

@@ -1,0 +1,172 @@
+"""What went wrong: the first that fits of a registered mistake, the form, a slip, and the anatomy of the error."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from course_lib.tasks.agreement import near, same_kind
+from course_lib.tasks.anatomy import always_the_same, anatomy
+from course_lib.tasks.core import Case, Misconception, Task, Verdict
+from course_lib.tasks.forms import form_problem
+from course_lib.tasks.plain import Plain
+from course_lib.tasks.recognition import Wrong, known_of, recognise, recognise_several, wrong_of
+from course_lib.tasks.running import Outcome, run
+from course_lib.tasks.slips import Slip, answer_slips, input_slips
+
+UNKNOWN = "It is not a mistake that this check knows."
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What an answer is told.
+
+    Parameters
+    ----------
+    kind : "form", "mistake", "slip" or "anatomy".
+    names : of what fits; several where the cases cannot tell them apart.
+    says : a sentence, with "This looks like" where something was recognised.
+    mistakes : the registered ones among them.
+    """
+
+    kind: str
+    names: tuple[str, ...]
+    says: str
+    mistakes: tuple[Misconception, ...] = ()
+
+
+def diagnose(
+    task: Task,
+    cases: Sequence[Case],
+    outcomes: Sequence[Outcome],
+    verdicts: Sequence[Verdict],
+    reference: Callable[..., Any] | None = None,
+) -> Diagnosis | None:
+    """Say what is wrong with answers that were judged; None where nothing is, or there is no answer to speak of.
+
+    Parameters
+    ----------
+    reference : a right function of this task, to try slips of the inputs on; without it they are not tried.
+    """
+    if all(verdict.passed for verdict in verdicts) or task.kind == "explain":
+        return None
+    mistakes = recognise(task, cases, outcomes, verdicts)
+    for case, outcome, verdict in zip(cases, outcomes, verdicts, strict=True) if not mistakes else ():
+        if outcome.kind == "answer" and not verdict.passed and not math.isfinite(verdict.error):
+            found = form_problem(outcome.answer, case.hidden.get("truth"))
+            if found:
+                return Diagnosis("form", (found[0],), found[1])
+    found = _mistakes(mistakes, ", or like ") if mistakes else _values(task, cases, outcomes, verdicts, reference)
+    changed = [o.overwrote for o, v in zip(outcomes, verdicts, strict=True) if o.overwrote and not v.passed]
+    if changed and (found is None or found.kind != "form"):
+        names = " and ".join(f"`{name}`" for name in changed[0])
+        says = f"The function changes {names}, which it was given; what is read from there later (a slice, too) is new."
+        return Diagnosis(
+            "slip",
+            ("input overwritten", *(found.names if found else ())),
+            f"{says} {found.says if found else ''}".strip(),
+            found.mistakes if found else (),
+        )
+    return found
+
+
+def _values(
+    task: Task,
+    cases: Sequence[Case],
+    outcomes: Sequence[Outcome],
+    verdicts: Sequence[Verdict],
+    reference: Callable[..., Any] | None,
+) -> Diagnosis | None:
+    """What is wrong with answers whose form is right, and that no registered mistake explains alone."""
+    answers = [outcome.answer if outcome.kind == "answer" else None for outcome in outcomes]
+    if constant := always_the_same(cases, answers):
+        return Diagnosis("anatomy", (constant[0],), constant[1])
+    slips = _slips(task, cases, outcomes, verdicts, reference) if any(a is not None for a in answers) else []
+    if slips:
+        words = dict.fromkeys(slip.message for slip in slips)
+        return Diagnosis("slip", tuple(slip.name for slip in slips), f"This looks like {', or like '.join(words)}.")
+    several = recognise_several(task, cases, outcomes, verdicts)
+    if several:
+        return _mistakes(several, ", and in another case like ")
+    refused = [
+        i for i, v in enumerate(verdicts) if not v.passed and not math.isfinite(v.error) and answers[i] is not None
+    ]
+    if refused:
+        return Diagnosis("form", ("as the judge says",), "")
+    found = anatomy(task, cases, answers, verdicts)
+    return Diagnosis("anatomy", (found[0],), found[1]) if found else None
+
+
+def _mistakes(found: Sequence[Misconception], between: str) -> Diagnosis:
+    says = "This looks like " + between.join(m.message.strip().rstrip(".") for m in found) + "."
+    return Diagnosis("mistake", tuple(m.name for m in found), says, tuple(found))
+
+
+def _slips(
+    task: Task,
+    cases: Sequence[Case],
+    outcomes: Sequence[Outcome],
+    verdicts: Sequence[Verdict],
+    reference: Callable[..., Any] | None,
+) -> list[Slip]:
+    """The slips of the answer that fit, else those of the inputs; the worst case is asked first."""
+    order = sorted(
+        range(len(cases)), key=lambda i: (outcomes[i].kind != "answer", verdicts[i].passed, -verdicts[i].ratio)
+    )
+    first = order[0]
+    some = [(cases[i], outcomes[i], verdicts[i]) for i in order]
+    fitting: list[Slip] = []
+    if all("truth" in case.hidden for case in cases) and same_kind(some[0][1].answer, cases[first].truth):
+        for slip in answer_slips(cases[first].truth):
+            wrongs = (_slipped(task, case, lambda c, s=slip: s.apply(c.truth)) for case, *_ in some)
+            if _fits(task, wrongs, some):
+                fitting.append(slip)
+    if fitting or reference is None:
+        return fitting
+    for slip in input_slips(cases[first].given):
+        wrongs = (_changed(task, case, slip, reference) for case, *_ in some)
+        if _fits(task, wrongs, some):
+            fitting.append(slip)
+    return fitting
+
+
+def _slipped(task: Task, case: Case, made: Callable[[Case], Plain]) -> Wrong:
+    try:
+        with np.errstate(all="ignore"):
+            outcome = Outcome("answer", made(case))
+    except (ValueError, TypeError, IndexError, OverflowError, ZeroDivisionError, np.linalg.LinAlgError):
+        return Wrong(Outcome("raised"), False, False)
+    return wrong_of(task, case, outcome)
+
+
+def _changed(task: Task, case: Case, slip: Slip, reference: Callable[..., Any]) -> Wrong:
+    known = known_of.setdefault(case, {})
+    key = (task.id, f"input slip: {slip.name}")
+    if key not in known:
+        try:
+            with np.errstate(all="ignore"):
+                given = slip.apply(case.given)
+            known[key] = wrong_of(task, case, run(reference, Case(given), as_given=True))
+        except (ValueError, TypeError, IndexError, OverflowError, ZeroDivisionError, np.linalg.LinAlgError):
+            known[key] = Wrong(Outcome("raised"), False, False)
+    return known[key]
+
+
+def _fits(task: Task, wrongs: Iterable[Wrong], some: Sequence[tuple[Case, Outcome, Verdict]]) -> bool:
+    """Whether an answer equals a slip in every case where the slip is wrong (there must be one), and else is right."""
+    shown = False
+    for wrong, (case, outcome, verdict) in zip(wrongs, some, strict=True):
+        if wrong.outcome.kind != "answer":
+            if outcome.kind == "answer" and not verdict.passed:
+                return False
+            continue
+        if outcome.kind != "answer" or wrong.passes != verdict.passed:
+            return False
+        if not wrong.passes and not near(task, case, outcome.answer, wrong.outcome.answer):
+            return False
+        shown |= wrong.far
+    return shown

@@ -1,0 +1,146 @@
+"""What is wrong with the form of an answer, in words: before values are compared."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from course_lib.tasks.plain import Plain
+
+
+def form_problem(answer: Plain, truth: Plain) -> tuple[str, str] | None:
+    """The name of what is wrong with the form of an answer and a sentence about it, or None.
+
+    Parameters
+    ----------
+    answer : plain, refused by the judge or far off.
+    truth : the true answer.
+    """
+    if isinstance(truth, Mapping) and isinstance(answer, Mapping):
+        return _of_dict(answer, truth)
+    if isinstance(answer, Mapping) and not isinstance(truth, Mapping):
+        return "a dict", f"A dict came back where {_kind(truth)} is asked: return the value itself."
+    if isinstance(truth, np.ndarray) or (isinstance(truth, list) and truth and not isinstance(truth[0], str)):
+        return _of_array(answer, np.asarray(truth))
+    if isinstance(truth, (int, float)) and not isinstance(truth, bool):
+        return _of_number(answer, truth)
+    return None
+
+
+def _kind(truth: Plain) -> str:
+    if isinstance(truth, np.ndarray):
+        return f"an array of shape {truth.shape}"
+    return "a number" if isinstance(truth, (int, float)) else "another kind of value"
+
+
+def _of_dict(answer: Mapping, truth: Mapping) -> tuple[str, str] | None:
+    keys, values = set(truth), list(answer.values())
+    if set(answer) == keys:
+        return None
+    if all(isinstance(value, (str, int)) for value in values) and set(values) == keys:
+        return "an inverted dict", "Keys and values of the dict are exchanged: look up by " + _names(keys) + "."
+    return "other keys", f"The dict has the keys {_names(answer)}; {_names(keys)} are asked."
+
+
+def _names(keys) -> str:
+    return ", ".join(repr(key) for key in sorted(keys, key=str))
+
+
+def _of_number(answer: Plain, truth: float) -> tuple[str, str] | None:
+    if isinstance(answer, np.ndarray) and answer.size > 1:
+        return "an array for a number", (
+            f"{answer.size:,} numbers came back where one is asked: is a mean, a sum or an index missing at the end?"
+        )
+    if isinstance(answer, list) and len(answer) > 1:
+        return "several for one", f"{len(answer)} values came back where one number is asked: return only that one."
+    return None
+
+
+def _of_array(answer: Plain, truth: np.ndarray) -> tuple[str, str] | None:
+    if isinstance(answer, (int, float)) and not isinstance(answer, bool):
+        if truth.ndim and truth.size > 1:
+            return "axis forgotten", (
+                f"One number came back where {truth.shape} are asked: a mean, sum or norm without axis= takes all "
+                "numbers together."
+            )
+        return None
+    if isinstance(answer, list):
+        joined = _joined(answer, truth)
+        if joined:
+            return joined
+        try:
+            answer = np.asarray(answer)
+        except ValueError:
+            return (
+                "rows of different lengths",
+                "The rows of the answer have different lengths: give each as many numbers.",
+            )
+    if not isinstance(answer, np.ndarray) or answer.dtype.kind not in "biuf":
+        return None
+    got, asked = answer.shape, truth.shape
+    if truth.dtype.kind == "b" and answer.dtype.kind in "iu" and answer.ndim == 1 and truth.ndim == 1:
+        if len(answer) == len(truth) and np.isin(answer, (0, 1)).all():
+            return None
+        return "row numbers for a mask", (
+            f"Row numbers came back ({len(answer):,}) where a mask is asked: {len(truth):,} times True or False."
+        )
+    if truth.dtype.kind in "iu" and answer.dtype.kind == "b":
+        return (
+            "a mask for row numbers",
+            "A mask came back where row numbers are asked: np.flatnonzero(mask) gives them.",
+        )
+    if got == asked:
+        return None
+    return _of_shape(answer, truth)
+
+
+def _joined(answer: list, truth: np.ndarray) -> tuple[str, str] | None:
+    """Parts that belong into one array: (n, d) for a plane of four numbers."""
+    try:
+        parts = [np.atleast_1d(np.asarray(part, float)) for part in answer]
+    except (ValueError, TypeError):
+        return None
+    if truth.ndim == 1 and len({part.shape for part in parts}) > 1 and all(part.ndim == 1 for part in parts):
+        if sum(len(part) for part in parts) == len(truth):
+            return (
+                "not joined",
+                f"{len(parts)} parts came back where one array of {len(truth)} is asked: join them (np.append).",
+            )
+    return None
+
+
+def _of_shape(answer: np.ndarray, truth: np.ndarray) -> tuple[str, str] | None:
+    got, asked = answer.shape, truth.shape
+    if len(got) == len(asked) and sorted(got) == sorted(asked):
+        call = ".T" if len(got) == 2 else f"np.moveaxis: {got} to {asked}"
+        return "axes in another order", f"The axes stand in another order: {got} for {asked}; use {call}, not reshape."
+    if answer.size == truth.size:
+        if len(got) > len(asked):
+            return (
+                "one axis too many",
+                f"The numbers stand in {got} where {asked} is asked: .reshape{asked} puts them so.",
+            )
+        return "one axis too few", f"The numbers stand in {got} where {asked} is asked: .reshape{asked} puts them so."
+    if len(got) == len(asked) and got[1:] == asked[1:]:
+        if got[0] < asked[0]:
+            return (
+                "rows dropped",
+                f"You kept {got[0]:,} of {asked[0]:,}: {asked[0] - got[0]:,} were dropped that belong to the answer.",
+            )
+        return (
+            "rows too many",
+            f"{got[0]:,} came back where {asked[0]:,} are asked: {got[0] - asked[0]:,} do not belong to it.",
+        )
+    if len(got) == len(asked) and got[:-1] == asked[:-1]:
+        return "other columns", f"Each row holds {got[-1]} numbers where {asked[-1]} are asked."
+    if len(got) < len(asked) and (got == asked[: len(got)] or got == asked[-len(got) :] if got else False):
+        return "axis forgotten", (
+            f"{got} came back where {asked} is asked: an axis was averaged away, or one item was returned for all."
+        )
+    if len(got) > len(asked) and asked and (got[: len(asked)] == asked or got[-len(asked) :] == asked):
+        return (
+            "not chosen",
+            f"{got} came back where {asked} is asked: a norm, a mean or a choice along one axis is missing.",
+        )
+    return None
