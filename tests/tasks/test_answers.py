@@ -1,0 +1,67 @@
+"""What people wrote in the labs, and what they are told: at least 85 % of the wrong answers rightly, none untruly.
+
+Each file in answers/ holds answers of learners: the task, its source, whether it is right, what a good teacher would
+say, and in `accept` the names of forms, mistakes, slips or anatomies that say it. Where nobody could say more than that
+the answer is wrong, `accept` is empty and it does not count. "raised" is Python's own message, "as the judge says" a
+judge's sentence about the form.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from functools import lru_cache
+from pathlib import Path
+
+import pytest
+
+from course_lib import tasks
+from course_lib.authoring import solutions
+from course_lib.notebook import data
+from course_lib.tasks.recognition import load_source
+
+pytestmark = pytest.mark.slow
+
+FILES = sorted((Path(__file__).parent / "answers").glob("*.json"))
+ANSWERS = [answer for file in FILES for answer in json.loads(file.read_text(encoding="utf-8"))]
+LEAST = 0.85
+WITH = "import copy, heapq, random, statistics, struct\n"
+
+
+@lru_cache
+def reference(task_id: str):
+    """The right function of a task, as an instructor's check has it; none for tasks that no input changes."""
+    task = tasks.get(task_id)
+    if task.kind in ("open", "which", "explain"):
+        return None
+    return load_source(f"{solutions.preamble(task.lab)}\n{solutions.reference(task_id)}", task.function)
+
+
+def told(answer: dict) -> tuple[str, tuple[str, ...], str]:
+    """What an answer is told: "right", "rightly", "untruly" or "missing", with the names and the words."""
+    task = tasks.get(answer["task"])
+    function = load_source(f"{WITH}{solutions.preamble(task.lab)}\n{answer['source']}", task.function)
+    cases = task.public(data.load if task.data else None)
+    result = tasks.judge_all(task, cases, tasks.run_all(function, cases), reference(task.id))
+    if answer["kind"] == "right":
+        return ("right" if result.passed else "refused"), (), result.line
+    names = result.diagnosis.names if result.diagnosis else ("raised",) if result.status == "raised" else ()
+    if set(names) & set(answer["accept"]):
+        return "rightly", names, result.line
+    recognised = result.diagnosis is not None and result.diagnosis.kind in ("mistake", "slip")
+    return ("untruly" if recognised else "missing"), names, result.line
+
+
+@pytest.mark.parametrize("lab", sorted({answer["task"][:2] for answer in ANSWERS}))
+def test_people_are_told_what_is_wrong(lab, monkeypatch):
+    if any(not all(map(data.available, task.data)) for task in tasks.lab(lab)):
+        pytest.skip("NOT TESTED: real data of this lab are not here")
+    asked = [answer for answer in ANSWERS if answer["task"][:2] == lab]
+    said = [(answer, *told(answer)) for answer in asked]
+    for kind in ("refused", "untruly"):
+        wrong = [f"{a['task']} {a['name']}: {names} {line}" for a, how, names, line in said if how == kind]
+        assert not wrong, f"{kind}:\n" + "\n".join(wrong)
+    counts = Counter(how for answer, how, *_ in said if answer["kind"] == "wrong" and answer["accept"])
+    missing = [f"{a['task']} {a['name']}: {names}" for a, how, names, _ in said if how == "missing" and a["accept"]]
+    share = counts["rightly"] / counts.total()
+    assert share >= LEAST, f"{share:.0%} of {counts.total()} are told rightly; not so:\n" + "\n".join(missing)
