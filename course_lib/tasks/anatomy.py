@@ -8,15 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from course_lib.tasks.core import Case, Task, Verdict
+from course_lib.tasks.named_errors import ALL_ZERO, SIGN_IN_SOME, Found, all_zero, part_of
 from course_lib.tasks.plain import Plain, describe, same
 from course_lib.tasks.wording import quantity
 
-Found = tuple[str, str]
-"""The name of what is common, and a sentence."""
-SIGN_IN_SOME = (
-    "sign in some cases",
-    "Sizes are right; in some cases every value has the other sign: the side is decided by something else than asked.",
-)
 VAGUE = ("scattered", "a part only")
 EQUAL = 1e-4
 """Relative to the error: so equal are offsets, or factors, that are called the same."""
@@ -35,8 +30,8 @@ def anatomy(task: Task, cases: Sequence[Case], answers: Sequence[Plain], verdict
         return None
     worst = max(told, key=lambda i: verdicts[i].ratio, default=failed[0])
     found = None
-    if told and task.anatomy is not None:
-        found = task.anatomy(cases[worst], answers[worst])
+    if told:
+        found = part_of(task, cases[worst], answers[worst])
     if found is None and len(failed) == 1 and len(verdicts) > 2 and task.kind != "open":
         name = cases[failed[0]].name or f"number {failed[0] + 1}"
         found = "only in one case", f"Only one case is wrong, “{name}”; the other {len(verdicts) - 1} are right."
@@ -60,6 +55,8 @@ def always_the_same(cases: Sequence[Case], answers: Sequence[Plain]) -> Found | 
     """Whether a function gives one answer whatever it is given, where three cases or more have different truths."""
     if len(answers) < 3 or any(answer is None for answer in answers) or not all("truth" in c.hidden for c in cases):
         return None
+    if all_zero(answers):
+        return ALL_ZERO
     if all(same(answer, answers[0], 1e-12) for answer in answers) and not all(
         same(case.truth, cases[0].truth, 1e-12) for case in cases
     ):
@@ -94,7 +91,7 @@ def _of_arrays(pairs: list[tuple[np.ndarray, np.ndarray]], worst: int, unit: str
     if sum(len(one) for one in off) > 1:
         found = _of_offset_or_factor(floats, known, off, unit) or _of_each_case(floats, known, unit)
     if not found and t.ndim and 2 <= t.shape[-1] <= 4 and t.size > t.shape[-1]:
-        found = _of_components(a, t, unit)
+        found = _of_components(floats, worst, unit)
     if not found and t.ndim == 2 and len(t) > 2 and _rows(a) == _rows(t):
         found = (
             "rows in another order",
@@ -159,7 +156,7 @@ def _of_offset_or_factor(
             if abs(middle + 1) <= EQUAL:
                 return SIGN_IN_SOME
             if middle == 0:
-                return "all zero", "Every value is 0: was a result never written, or cut to whole numbers?"
+                return ALL_ZERO
             return "constant factor", f"Every value is {quantity(middle)} times the right one: one factor is wrong."
         if (np.abs(np.abs(factors) - 1) < EQUAL).all():
             share = np.mean(factors < 0)
@@ -167,12 +164,13 @@ def _of_offset_or_factor(
     return None
 
 
-def _of_components(a: np.ndarray, t: np.ndarray, unit: str) -> Found | None:
-    names = "xyzw" if t.shape[-1] > 2 else "uv"
-    with np.errstate(invalid="ignore"):
-        off = np.abs(a - t).reshape(-1, t.shape[-1])
-    size = np.nanmax(off, axis=0)
-    wrong = [i for i in range(len(size)) if size[i] > 1e-6 * max(1.0, np.nanmax(np.abs(t)))]
+def _of_components(pairs: list[tuple[np.ndarray, np.ndarray]], worst: int, unit: str) -> Found | None:
+    """Only some of x, y and z are wrong, in every case."""
+    a, t = pairs[worst]
+    size = range(t.shape[-1])
+    names = "xyzw" if len(size) > 2 else "uv"
+    every = [_wrong(x, y).reshape(-1, len(size)).any(axis=0) for x, y in pairs]
+    wrong = [i for i in size if any(one[i] for one in every)]
     if not 0 < len(wrong) < len(size):
         return None
     words = " and ".join(names[i] for i in wrong)
@@ -183,12 +181,9 @@ def _of_components(a: np.ndarray, t: np.ndarray, unit: str) -> Found | None:
         if len(wrong) == 1
         else None
     )
-    right = ", ".join(names[i] for i in range(len(size)) if i not in wrong)
+    right = ", ".join(names[i] for i in size if i not in wrong)
     ends = f"; {right} {'is' if len(right) == 1 else 'are'} right.{f' {more[1]}' if more else ''}"
-    return (
-        f"only {words}",
-        f"Only {words} {'is' if len(wrong) == 1 else 'are'} wrong{ends}",
-    )
+    return f"only {words}", f"Only {words} {'is' if len(wrong) == 1 else 'are'} wrong{ends}"
 
 
 def _of_motions(a: np.ndarray, t: np.ndarray) -> Found | None:

@@ -12,13 +12,16 @@ import numpy as np
 from course_lib.tasks.agreement import near, same_kind
 from course_lib.tasks.anatomy import always_the_same, anatomy
 from course_lib.tasks.core import Case, Misconception, Task, Verdict
-from course_lib.tasks.forms import form_problem
-from course_lib.tasks.plain import Plain
+from course_lib.tasks.forms import COUNTS, form_problem
+from course_lib.tasks.named_errors import error_of_choices, part_of
+from course_lib.tasks.plain import Plain, same
 from course_lib.tasks.recognition import Wrong, known_of, recognise, recognise_several, wrong_of
 from course_lib.tasks.running import Outcome, run
 from course_lib.tasks.slips import Slip, answer_slips, input_slips
 
 UNKNOWN = "It is not a mistake that this check knows."
+MANY = 3
+"""If so many slips of the inputs fit, none of them is what happened."""
 
 
 @dataclass(frozen=True)
@@ -55,12 +58,10 @@ def diagnose(
     if all(verdict.passed for verdict in verdicts) or task.kind == "explain":
         return None
     mistakes = recognise(task, cases, outcomes, verdicts)
-    for case, outcome, verdict in zip(cases, outcomes, verdicts, strict=True) if not mistakes else ():
-        if outcome.kind == "answer" and not verdict.passed and not math.isfinite(verdict.error):
-            found = form_problem(outcome.answer, case.hidden.get("truth"))
-            if found:
-                return Diagnosis("form", (found[0],), found[1])
-    found = _mistakes(mistakes, ", or like ") if mistakes else _values(task, cases, outcomes, verdicts, reference)
+    form = None if mistakes else _form(cases, outcomes, verdicts)
+    if form and form.names[0] not in COUNTS:
+        return form
+    found = _mistakes(mistakes, ", or like ") if mistakes else _values(task, cases, outcomes, verdicts, reference, form)
     changed = [o.overwrote for o, v in zip(outcomes, verdicts, strict=True) if o.overwrote and not v.passed]
     if changed and (found is None or found.kind != "form"):
         names = " and ".join(f"`{name}`" for name in changed[0])
@@ -74,14 +75,25 @@ def diagnose(
     return found
 
 
+def _form(cases: Sequence[Case], outcomes: Sequence[Outcome], verdicts: Sequence[Verdict]) -> Diagnosis | None:
+    """What is wrong with the form of the first answer that is refused for it and of which something can be said."""
+    for case, outcome, verdict in zip(cases, outcomes, verdicts, strict=True):
+        if outcome.kind == "answer" and not verdict.passed and not math.isfinite(verdict.error):
+            found = form_problem(outcome.answer, case.hidden.get("truth"))
+            if found:
+                return Diagnosis("form", (found[0],), found[1])
+    return None
+
+
 def _values(
     task: Task,
     cases: Sequence[Case],
     outcomes: Sequence[Outcome],
     verdicts: Sequence[Verdict],
     reference: Callable[..., Any] | None,
+    form: Diagnosis | None,
 ) -> Diagnosis | None:
-    """What is wrong with answers whose form is right, and that no registered mistake explains alone."""
+    """What is wrong with answers that no registered mistake explains alone; `form` if they are too many or too few."""
     answers = [outcome.answer if outcome.kind == "answer" else None for outcome in outcomes]
     if constant := always_the_same(cases, answers):
         return Diagnosis("anatomy", (constant[0],), constant[1])
@@ -96,9 +108,14 @@ def _values(
         i for i, v in enumerate(verdicts) if not v.passed and not math.isfinite(v.error) and answers[i] is not None
     ]
     if refused:
-        return Diagnosis("form", ("as the judge says",), "")
-    found = anatomy(task, cases, answers, verdicts)
-    return Diagnosis("anatomy", (found[0],), found[1]) if found else None
+        found = part_of(task, cases[refused[0]], answers[refused[0]])
+        return Diagnosis("anatomy", *_told(found)) if found else form or Diagnosis("form", ("as the judge says",), "")
+    found = anatomy(task, cases, answers, verdicts) or error_of_choices(answers[0], cases[0].hidden.get("truth"))
+    return Diagnosis("anatomy", *_told(found)) if found else None
+
+
+def _told(found: tuple[str, str]) -> tuple[tuple[str, ...], str]:
+    return (found[0],), found[1]
 
 
 def _mistakes(found: Sequence[Misconception], between: str) -> Diagnosis:
@@ -113,7 +130,10 @@ def _slips(
     verdicts: Sequence[Verdict],
     reference: Callable[..., Any] | None,
 ) -> list[Slip]:
-    """The slips of the answer that fit, else those of the inputs; the worst case is asked first."""
+    """The slips of the answer that fit, else those of the inputs; the worst case is asked first.
+
+    An answer that is nearly empty, nearly full or nearly zero fits many slips of the inputs, which then say nothing.
+    """
     order = sorted(
         range(len(cases)), key=lambda i: (outcomes[i].kind != "answer", verdicts[i].passed, -verdicts[i].ratio)
     )
@@ -131,7 +151,7 @@ def _slips(
         wrongs = (_changed(task, case, slip, reference) for case, *_ in some)
         if _fits(task, wrongs, some):
             fitting.append(slip)
-    return fitting
+    return fitting if len(fitting) < MANY else []
 
 
 def _slipped(task: Task, case: Case, made: Callable[[Case], Plain]) -> Wrong:
@@ -166,7 +186,11 @@ def _fits(task: Task, wrongs: Iterable[Wrong], some: Sequence[tuple[Case, Outcom
             continue
         if outcome.kind != "answer" or wrong.passes != verdict.passed:
             return False
-        if not wrong.passes and not near(task, case, outcome.answer, wrong.outcome.answer):
+        if not wrong.passes and not (
+            same(outcome.answer, wrong.outcome.answer, 1e-5)
+            if wrong.refused
+            else near(task, case, outcome.answer, wrong.outcome.answer)
+        ):
             return False
         shown |= wrong.far
     return shown

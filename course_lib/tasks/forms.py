@@ -8,6 +8,9 @@ import numpy as np
 
 from course_lib.tasks.plain import Plain
 
+COUNTS = ("rows dropped", "rows too many")
+"""What says least about a form: where something else explains an answer, that is told."""
+
 
 def form_problem(answer: Plain, truth: Plain) -> tuple[str, str] | None:
     """The name of what is wrong with the form of an answer and a sentence about it, or None.
@@ -82,6 +85,10 @@ def _of_array(answer: Plain, truth: np.ndarray) -> tuple[str, str] | None:
     if truth.dtype.kind == "b" and answer.dtype.kind in "iu" and answer.ndim == 1 and truth.ndim == 1:
         if len(answer) == len(truth) and np.isin(answer, (0, 1)).all():
             return None
+        if len(answer) == len(truth) and (np.diff(answer) <= 0).any():
+            return "numbers for a mask", (
+                "Whole numbers came back where a mask is asked: compare them with a threshold, for True or False."
+            )
         return "row numbers for a mask", (
             f"Row numbers came back ({len(answer):,}) where a mask is asked: {len(truth):,} times True or False."
         )
@@ -92,6 +99,11 @@ def _of_array(answer: Plain, truth: np.ndarray) -> tuple[str, str] | None:
         )
     if got == asked:
         return None
+    if len(asked) == 1 and len(got) == 2 and got[1] in (2, 3) and truth.dtype.kind in "biu" and asked[0] > 3:
+        what = "a mask" if truth.dtype.kind == "b" else "a list of whole numbers"
+        return f"points for {'a mask' if truth.dtype.kind == 'b' else 'row numbers'}", (
+            f"Points came back ({got[0]:,}) where {what} is asked: return what you chose them by, not the points."
+        )
     return _of_shape(answer, truth)
 
 
@@ -136,7 +148,8 @@ def _of_shape(answer: np.ndarray, truth: np.ndarray) -> tuple[str, str] | None:
         return "other columns", f"Each row holds {got[-1]} numbers where {asked[-1]} are asked."
     if len(got) < len(asked) and (got == asked[: len(got)] or got == asked[-len(got) :] if got else False):
         return "axis forgotten", (
-            f"{got} came back where {asked} is asked: an axis was averaged away, or one item was returned for all."
+            f"{got} came back where {asked} is asked: an axis was averaged away, several numbers were made one, or one "
+            "item was returned for all."
         )
     if len(got) > len(asked) and asked and (got[: len(asked)] == asked or got[-len(asked) :] == asked):
         return (

@@ -20,11 +20,18 @@ FAR = 5.0
 
 @dataclass(frozen=True)
 class Wrong:
-    """What a mistake or a slip answers to a case; `far` says whether that is FAR from the truth, `passes` if right."""
+    """What a mistake or a slip answers to a case.
+
+    Parameters
+    ----------
+    far, passes : whether it is FAR from the truth, and whether it is right.
+    refused : whether a judge refuses it for its form, so that nothing can be compared with it by size.
+    """
 
     outcome: Outcome
     far: bool
     passes: bool
+    refused: bool = False
 
 
 known_of: weakref.WeakKeyDictionary[Case, dict[tuple[str, str], Wrong]] = weakref.WeakKeyDictionary()
@@ -43,7 +50,7 @@ def wrong_of(task: Task, case: Case, outcome: Outcome) -> Wrong:
     if outcome.kind != "answer":
         return Wrong(outcome, False, False)
     verdict = task.judge(case, outcome.answer)
-    return Wrong(outcome, is_far(task, verdict), verdict.passed)
+    return Wrong(outcome, is_far(task, verdict), verdict.passed, not math.isfinite(verdict.error))
 
 
 def is_far(task: Task, verdict: Verdict) -> bool:
