@@ -22,6 +22,8 @@ def distance(task: Task, case: Case, a: Plain, b: Plain) -> float:
         return 0.0
     if not _comparable(a, b) or (isinstance(truth, dict) and not _same_form(b, truth)):
         return math.inf
+    if isinstance(truth, np.ndarray) and np.ndim(b) != truth.ndim:
+        return math.inf
     if task.distance is not None:
         return float(task.distance(case, a, b))
     if "truth" not in case.hidden:

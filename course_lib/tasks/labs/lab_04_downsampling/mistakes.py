@@ -8,145 +8,6 @@ from __future__ import annotations
 from course_lib.tasks.core import Misconception
 from course_lib.tasks.mistakes import left_in, mended, swapped
 
-
-def _wrong_index(expression: str) -> str:
-    return f"def voxel_index(points, voxel, origin):\n    return {expression}\n"
-
-
-INDEX_MISTAKES = (
-    Misconception(
-        "int() for floor()",
-        "numbers cut off towards zero, which puts both sides of the origin into one cube: round down with np.floor",
-        _wrong_index("((points - origin) / voxel).astype(int)"),
-    ),
-    Misconception(
-        "rounding for floor()",
-        "numbers rounded to the nearest, which moves every cube by half a voxel: round down with np.floor",
-        _wrong_index("np.rint((points - origin) / voxel).astype(int)"),
-    ),
-    Misconception(
-        "rounded up",
-        "numbers rounded up, one cube too far: the cube numbered 0 begins at the origin, so round down",
-        _wrong_index("np.ceil((points - origin) / voxel).astype(int)"),
-    ),
-    Misconception(
-        "origin forgotten",
-        "cubes counted from the zero of the frame: subtract the origin of the grid first",
-        _wrong_index("np.floor(points / voxel).astype(int)"),
-    ),
-    Misconception(
-        "origin added",
-        "the origin added where it must be taken away: a point at the origin has number 0",
-        _wrong_index("np.floor((points + origin) / voxel).astype(int)"),
-    ),
-    Misconception(
-        "multiplied by the voxel",
-        "a product with the voxel where a quotient belongs: smaller cubes make larger numbers",
-        _wrong_index("np.floor((points - origin) * voxel).astype(int)"),
-    ),
-    Misconception(
-        "one taken off below zero",
-        "cut off towards zero, and one less below it: a point on a face then lies one cube too far; use np.floor",
-        _wrong_index("((points - origin) / voxel).astype(int) - (points < origin)"),
-        variants=(_wrong_index("np.rint((points - origin) / voxel - 0.5).astype(int)"),),
-    ),
-    Misconception(
-        "rounded before dividing",
-        "metres rounded down first and divided then: divide first, then round down",
-        _wrong_index("np.floor(points - origin) / voxel"),
-    ),
-)
-
-
-def _wrong_grid(
-    index: str = "np.floor((points - origin) / voxel)", result: str = "", full: str = "count >= least"
-) -> str:
-    result = result or "np.array([points[which == i].mean(axis=0) for i in np.flatnonzero(full)])"
-    return (
-        "def voxel_centroids(points, voxel, origin, least):\n"
-        f"    index = {index}\n"
-        "    cubes, which, count = np.unique(index, axis=0, return_inverse=True, return_counts=True)\n"
-        "    which = which.reshape(-1)\n"
-        f"    full = {full}\n"
-        "    total, last = np.zeros((len(cubes), 3)), np.zeros((len(cubes), 3))\n"
-        "    np.add.at(total, which, points)\n"
-        "    last[which] += points\n"
-        f"    return {result}\n"
-    )
-
-
-GRID_MISTAKES = (
-    Misconception(
-        "int() for floor()",
-        "numbers cut off towards zero, so that the cubes on both sides of the origin become one: use np.floor",
-        _wrong_grid("((points - origin) / voxel).astype(int)"),
-    ),
-    Misconception(
-        "rounding for floor()",
-        "numbers rounded to the nearest: that is another grid, half a voxel beside; round down with np.floor",
-        _wrong_grid("np.rint((points - origin) / voxel)"),
-    ),
-    Misconception(
-        "origin forgotten",
-        "a grid that begins at the zero of the frame: subtract the origin before you divide",
-        _wrong_grid("np.floor(points / voxel)"),
-    ),
-    Misconception(
-        "centres of the cubes",
-        "the middle of each cube in the place of the mean of its points: nothing was measured there",
-        _wrong_grid(result="(cubes[full] + 0.5) * voxel + origin"),
-    ),
-    Misconception(
-        "corners of the cubes",
-        "the numbers of the cubes times the voxel, which are their corners: return the mean of the points in each cube",
-        _wrong_grid(result="cubes[full] * voxel + origin"),
-    ),
-    Misconception(
-        "first point of each cube",
-        "one point of each cube and not their mean: noise is not averaged then",
-        _wrong_grid(result="np.array([points[which == i][0] for i in np.flatnonzero(full)])"),
-    ),
-    Misconception(
-        "middle of the extremes",
-        "the middle between smallest and largest coordinates of each cube: the centroid is the mean of all its points",
-        _wrong_grid(
-            result="np.array([(points[which == i].min(axis=0) + points[which == i].max(axis=0)) / 2 "
-            "for i in np.flatnonzero(full)])"
-        ),
-    ),
-    Misconception(
-        "height left out",
-        "columns in the place of cubes, which merge the floor with what stands on it: number the cubes along z, too",
-        _wrong_grid("np.floor((points - origin) / voxel)[:, :2]"),
-    ),
-    Misconception(
-        "sums not divided",
-        "the sum of the points of each cube: divide it by how many there are",
-        _wrong_grid(result="total[full]"),
-    ),
-    Misconception(
-        "+= with repeated indices",
-        "total[which] += points, which adds only one of the points of a cube: use np.add.at(total, which, points)",
-        _wrong_grid(result="last[full] / count[full][:, None]"),
-    ),
-    Misconception(
-        "counts returned as well",
-        "the centroids and the counts in one answer: return the centroids alone",
-        _wrong_grid(result="(total[full] / count[full][:, None], count[full])"),
-    ),
-    Misconception(
-        "more than for at least",
-        "cubes with exactly `least` points left out: at least means count >= least",
-        _wrong_grid(full="count > least"),
-    ),
-    Misconception(
-        "nearly empty cubes kept",
-        "every cube that holds a point, so that a stray one counts as much as a full cube: keep count >= least",
-        _wrong_grid(full="count >= 1"),
-    ),
-)
-
-
 _GIVEN = {
     "centring": (
         "neighbours",
@@ -166,9 +27,10 @@ _GIVEN = {
 }
 
 
-def _wrong_normal(left: tuple[str, ...] = (), column: str = "", sign: str = "< 0") -> str:
+def _wrong_normal(left: tuple[str, ...] = (), column: str = "", sign: str = "< 0", middle: str = "") -> str:
     """The given code with some of its three mistakes still in it."""
     offsets, vector, arrow = mended(_GIVEN, left)
+    offsets = f"neighbours - {middle}" if middle else offsets
     return (
         "def normal_of(neighbours, viewpoint):\n"
         f"    offsets = {offsets}\n"
@@ -227,6 +89,43 @@ NORMAL_MISTAKES = left_in(_GIVEN, _wrong_normal, _COMBINED) + (
         "away from the viewpoint",
         "the normal on the far side, turned the wrong way or not at all: it must point to where the sensor stood",
         _wrong_normal(sign="> 0"),
+    ),
+    *(
+        Misconception(
+            f"{name} left in and away from the viewpoint",
+            f"two mistakes: {_GIVEN[name][2]}; and the normal is turned to the far side: turn it where n · arrow < 0",
+            _wrong_normal((name,), sign="> 0"),
+        )
+        for name in ("centring", "row", "sign")
+    ),
+    Misconception(
+        "centring without axis",
+        "one mean of all the numbers subtracted from x, y and z alike: each needs its own, mean(axis=0)",
+        _wrong_normal(middle="neighbours.mean()"),
+    ),
+    Misconception(
+        "viewpoint as centre",
+        "points counted from the viewpoint: their spread is counted from their own mean",
+        _wrong_normal(middle="viewpoint"),
+    ),
+    Misconception(
+        "another row",
+        "another row of the matrix of eigenvectors, which stand in its columns: take column 0",
+        _wrong_normal(column="vectors[2]"),
+        variants=(_wrong_normal(column="vectors[1]"),),
+    ),
+    Misconception(
+        "up for towards",
+        "a sign that z alone decides, as if the sensor were always above or before: compare with the arrow to it",
+        _wrong_normal().replace(f"normal @ {_GIVEN['sign'][1]} <", "normal[2] <"),
+        variants=(_wrong_normal().replace(f"normal @ {_GIVEN['sign'][1]} <", "normal[2] >"),),
+    ),
+    Misconception(
+        "direction to the viewpoint",
+        "the direction to the sensor: it only decides between the normal's two sides",
+        "def normal_of(neighbours, viewpoint):\n"
+        "    arrow = viewpoint - neighbours.mean(axis=0)\n"
+        "    return arrow / np.linalg.norm(arrow)\n",
     ),
 )
 

@@ -14,15 +14,11 @@ import numpy as np
 from course_lib.tasks.core import Case, Task, Verdict
 from course_lib.tasks.judges import judge_array, refuse
 from course_lib.tasks.kinds import in_words, which_cause
-from course_lib.tasks.labs.lab_04_downsampling.mistakes import (
-    CAUSE_OF,
-    CAUSES,
-    GRID_MISTAKES,
-    INDEX_MISTAKES,
-    NORMAL_MISTAKES,
-    WHICH_MISTAKES,
-)
-from course_lib.tasks.labs.lab_04_downsampling.thinning import THIN_MISTAKES, guess_thin, judge_thin, view
+from course_lib.tasks.labs.lab_04_downsampling.cubes import INDEX_MISTAKES
+from course_lib.tasks.labs.lab_04_downsampling.grids import GRID_MISTAKES
+from course_lib.tasks.labs.lab_04_downsampling.mistakes import CAUSE_OF, CAUSES, NORMAL_MISTAKES, WHICH_MISTAKES
+from course_lib.tasks.labs.lab_04_downsampling.parts import part_of_grid, part_of_index, part_of_normal
+from course_lib.tasks.labs.lab_04_downsampling.thinning import THIN_MISTAKES, guess_thin, judge_thin, part_of_thin, view
 from course_lib.tasks.plain import Plain
 from course_lib.tasks.point_sets import judge_points_set
 from course_lib.tasks.wording import array_problem, measured
@@ -186,6 +182,7 @@ TASKS = (
         cases=_index_cases,
         judge=_judge_index,
         misconceptions=INDEX_MISTAKES,
+        anatomy=part_of_index,
         hides=_GRIDS,
         where="lesson 04, section 1 (one point a cube)",
     ),
@@ -199,6 +196,7 @@ TASKS = (
         cases=_grid_cases,
         judge=lambda case, answer: judge_points_set(answer, case.truth, _POINT_TOLERANCE, "m", what="the centroids"),
         misconceptions=GRID_MISTAKES,
+        anatomy=part_of_grid,
         hides=_GRIDS,
         where="lesson 04, section 1 (one point a cube)",
     ),
@@ -212,6 +210,7 @@ TASKS = (
         cases=_normal_cases,
         judge=_judge_normal,
         misconceptions=NORMAL_MISTAKES,
+        anatomy=part_of_normal,
         hides=(
             "course_lib.cloud.normals.estimate_normals",
             "course_lib.cloud.normals.fit_surfels",
@@ -239,6 +238,7 @@ TASKS = (
         cases=lambda rng: [view(rng)],
         judge=judge_thin,
         misconceptions=THIN_MISTAKES,
+        anatomy=part_of_thin,
         guess=guess_thin,
         hides=("course_lib.cloud.downsample.sample_farthest", *_GRIDS),
         where="lesson 04, Going further (farthest point), then this task's hints",

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 from course_lib.tasks.core import Case, Misconception, Verdict
 from course_lib.tasks.judges import judge_band, refuse
 from course_lib.tasks.plain import Plain
-from course_lib.tasks.wording import array_problem
+from course_lib.tasks.wording import array_problem, quantity
 
 COUNT = 150
 
@@ -44,6 +44,45 @@ def judge_thin(case: Case, answer: Plain) -> Verdict:
         return refuse(f"Only {len(np.unique(chosen))} of the {count} indices are different.", tolerance, "m")
     gap = float(cKDTree(points[chosen]).query(points)[0].max())
     return judge_band(gap, _GAP_BANDS, "m", what="the widest gap")
+
+
+def part_of_thin(case: Case, answer: Plain) -> tuple[str, str] | None:
+    """What the kept points have in common: too few different ones, a part without any, or crowds."""
+    got, points, count = np.asarray(answer), case.given["points"], case.given["count"]
+    if got.dtype.kind == "b" and got.shape == (len(points),):
+        return "a mask for row numbers", "A mask came back where indices are asked: np.flatnonzero(mask) gives them."
+    if got.ndim == 2 and got.shape[1] == 3:
+        return "points for row numbers", "Points came back where indices are asked: return which rows you chose."
+    if got.dtype.kind not in "iu" or got.shape != (count,) or got.min() < 0 or got.max() >= len(points):
+        return None
+    different = len(np.unique(got))
+    if 2 * different < count:
+        return "the same chosen again", (
+            f"Only {different} are different, the others were chosen again. Keep for each point the distance to the "
+            "nearest of all chosen: the smaller of the old one and that to the new point."
+        )
+    if different < count:
+        return "drawn twice", "Some were drawn more than once: draw without putting back, or leave out what was chosen."
+    kept = cKDTree(points[got])
+    to_kept = kept.query(points)[0]
+    gap, spacing = float(to_kept.max()), float(np.median(kept.query(points[got], 2)[0][:, 1]))
+    x, y, z = points[to_kept.argmax()]
+    place = f"the widest gap is at x = {x:.1f}, y = {y:.1f}, z = {z:.1f} m"
+    alone = float(np.mean(to_kept > _GAP_BANDS[-1][0]))
+    if alone > 0.1:
+        return "a part left out", (
+            f"A whole part has none: {100 * alone:.0f} % of the points lie more than "
+            f"{quantity(_GAP_BANDS[-1][0], 'm')} from any kept one; {place}."
+        )
+    if 4 * spacing < gap:
+        return "crowded", (
+            f"Half of the kept points have another within {quantity(spacing, 'm')}: too many where the cloud "
+            f"is dense, too few elsewhere; {place}. Choose by the distance to those already chosen."
+        )
+    return "a part left thin", (
+        f"Most kept points lie about {quantity(spacing, 'm')} apart, but {place}: is a coordinate left out of the "
+        "distance, is a voxel too large, or is the rest filled up without asking where?"
+    )
 
 
 def guess_thin(rng: np.random.Generator):
