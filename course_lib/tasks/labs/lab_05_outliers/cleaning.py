@@ -160,7 +160,8 @@ CLEAN_MISTAKES = (
     ),
     Misconception(
         "kept and removed exchanged",
-        "True for the points that should go: the mask says what is kept",
+        "True for the points that should go, or cluster 0 taken for noise, which is the largest thing: the mask says "
+        "what is kept",
         _clean(_CLUSTERS + "    return size < 250\n"),
     ),
     Misconception(
@@ -170,7 +171,7 @@ CLEAN_MISTAKES = (
     ),
     Misconception(
         "everything removed",
-        "a mask that keeps no point: is a length in millimetres among your settings?",
+        "a mask that keeps no point: is a length in millimetres, or one below the spacing, among your settings?",
         _clean("    return np.zeros(len(points), bool)\n"),
     ),
 )

@@ -39,9 +39,10 @@ CUT_MISTAKES = (
     ),
     Misconception(
         "most wrong points",
-        "the bin with the most wrong points, the top of their hill: cutting pays from where they outnumber the true "
-        "ones",
+        "the bin with the most wrong points, or with their largest lead, the top of their hill: cutting pays from "
+        "where they outnumber the true ones",
         _wrong_cut("edges[np.argmax(bad)]"),
+        variants=(_wrong_cut("edges[np.argmax(bad - good)]"),),
     ),
     Misconception(
         "after the last true point",
@@ -60,88 +61,52 @@ CUT_MISTAKES = (
         _wrong_cut("edges[np.argmax(bad >= good)]"),
     ),
 )
-
-
-def _wrong_distances(last: str, first: str = "np.sort(d, axis=1)[:, 1:k + 1]") -> str:
-    return ("def mean_distances(points, k):\n"
-            "    d = np.sqrt(((points[:, None] - points[None]) ** 2).sum(axis=-1))\n"
-            f"    near = {first}\n"
-            f"    return {last}\n")  # fmt: skip
-
-
-def _by_tree(last: str, count: str) -> str:
-    return ("from scipy.spatial import cKDTree\n"
-            "def mean_distances(points, k):\n"
-            f"    distance = cKDTree(points).query(points, {count})[0]\n"
-            f"    return {last}\n")  # fmt: skip
-
-
-DISTANCE_MISTAKES = (
+"""The cases are drawn so that each of these is told from each other."""
+MORE_CUT_MISTAKES = (
     Misconception(
-        "the point itself counted",
-        "a mean that holds the distance 0 of the point to itself: ask for k + 1 and leave the first out (a tree "
-        "that is asked for one point gives the point itself)",
-        _wrong_distances("near.mean(axis=1)", "np.sort(d, axis=1)[:, :k]"),
-        variants=(_by_tree("distance.mean(axis=1)", "k"),),
+        "the first edge",
+        "the edge where the first bins begin: a comparison turned round is True there at once, and one that is never "
+        "True (sums from the left; all points in the place of the true ones) gives 0 in argmax",
+        _wrong_cut("edges[0]"),
+        variants=(_wrong_cut("edges[np.argmax(good > bad)]"), _wrong_cut("edges[np.argmax(good >= bad)]")),
     ),
     Misconception(
-        "one neighbour too few",
-        "k - 1 neighbours, as the point itself took one of the k places (at k = 1 none is left: NaN or an error): "
-        "ask for k + 1",
-        _wrong_distances("near.mean(axis=1)", "np.sort(d, axis=1)[:, 1:k]"),
-        variants=(_by_tree("distance[:, 1:].mean(axis=1)", "k"),),
+        "last bin",
+        "the last bin with more wrong points than true ones: the first is asked",
+        _wrong_cut("edges[np.flatnonzero(bad > good)[-1]]"),
     ),
     Misconception(
-        "millimetres for metres",
-        "distances times 1000: points and answer are both in metres",
-        _wrong_distances("1000 * near.mean(axis=1)"),
+        "a distance for an edge",
+        "a distance of some points in the place of an edge: count them bin by bin",
+        _wrong_cut("mean[wrong].min()"),
+        variants=tuple(
+            _wrong_cut(one)
+            for one in (
+                "mean[~wrong].max()",
+                "mean[wrong].mean()",
+                "np.median(mean[wrong])",
+                "mean[~wrong].mean()",
+                "mean.mean()",
+                "(mean[wrong].mean() + mean[~wrong].mean()) / 2",
+            )
+        ),
     ),
     Misconception(
-        "median for mean",
-        "the median of the distances: it is their mean",
-        _wrong_distances("np.median(near, axis=1)"),
+        "another threshold",
+        "another threshold than a bin's: mean plus some standard deviations, or so many per cent of the points",
+        _wrong_cut("mean.mean() + 2 * mean.std()"),
+        variants=tuple(
+            _wrong_cut(one)
+            for one in (
+                "mean.mean() + mean.std()",
+                "mean.mean() + 3 * mean.std()",
+                "mean.mean() + 2 * mean.std(ddof=1)",
+                "np.quantile(mean, 1 - wrong.mean())",
+                "np.percentile(mean, 95)",
+            )
+        ),
     ),
-    Misconception(
-        "itself as one more",
-        "k + 1 distances of which one is the point's own 0: leave that one out before you take the mean",
-        _wrong_distances("near.mean(axis=1)", "np.sort(d, axis=1)[:, :k + 1]"),
-    ),
-    Misconception(
-        "squared distances",
-        "a mean of squared distances: take the root of each first",
-        _wrong_distances("(near ** 2).mean(axis=1)"),
-    ),
-    Misconception(
-        "root of the mean square",
-        "the root of the mean of squares, which far neighbours pull up: take the root first and then the mean",
-        _wrong_distances("np.sqrt((near ** 2).mean(axis=1))"),
-        alike=(),
-    ),
-    Misconception(
-        "the k-th only",
-        "the distance of the k-th neighbour alone: it is the mean over all k",
-        _wrong_distances("near[:, -1]"),
-    ),
-    Misconception(
-        "sum for mean",
-        "a sum over the neighbours: divide by k, or the number depends on k",
-        _wrong_distances("near.sum(axis=1)"),
-    ),
-    Misconception(
-        "zeros left out",
-        "every distance of 0 left out: a point that was measured twice has a true neighbour at 0; leave out the point "
-        "itself only",
-        _wrong_distances("near.mean(axis=1)", "np.sort(np.where(d > 0, d, np.inf), axis=1)[:, :k]"),
-        variants=(_wrong_distances("np.nanmean(np.where(near > 0, near, np.nan), axis=1)",
-                                   "np.sort(d, axis=1)[:, :k + 1]"),),
-    ),
-    Misconception(
-        "one axis only",
-        "differences along x only: a distance needs all three",
-        _wrong_distances("near.mean(axis=1)").replace("(points[:, None] - points[None])",
-                                                      "(points[:, None, :1] - points[None, :, :1])"),
-    ),
-)  # fmt: skip
+)
 
 
 _GIVEN_MISTAKES = {
@@ -167,13 +132,54 @@ def _wrong_radius(left: tuple[str, ...]) -> str:
 MEND_MISTAKES = left_in(_GIVEN_MISTAKES, _wrong_radius) + (
     Misconception(
         "more than, not at least",
-        "points with exactly `least` neighbours removed: at least means that they stay",
+        "points with exactly `least` neighbours removed: at least means that they stay (>=), and the point itself is "
+        "taken off once",
         _wrong_radius(()).replace(">= least", "> least"),
     ),
     Misconception(
         "closer than, not within",
         "points at exactly the radius left out: within means that they count, so use <=",
         _wrong_radius(()).replace("squared <= radius", "squared < radius"),
+    ),
+)
+"""The cases are drawn so that each of these is told from each other."""
+MORE_MEND_MISTAKES = (
+    Misconception(
+        "itself counted twice",
+        "two neighbours too many for each point: it is counted itself, and one is added or `least` is one less: take "
+        "one off the count, nothing else",
+        _wrong_radius(()).replace("- 1", "+ 1"),
+    ),
+    Misconception(
+        "two asked too many",
+        "two neighbours fewer counted than there are: more than `least` for at least, or one more taken "
+        "off than the point itself, or both",
+        _wrong_radius(()).replace("- 1", "- 3"),
+    ),
+    Misconception(
+        "a cube for a ball",
+        "differences along x, y and z compared one by one: that is a cube; a ball takes the sum of their squares",
+        _wrong_radius(()).replace("(squared <= radius ** 2)", "(abs(difference) <= radius).all(axis=-1)"),
+    ),
+    Misconception(
+        "differences added up",
+        "differences along x, y and z added up: a distance is the root of the sum of their squares",
+        _wrong_radius(()).replace("(squared <= radius ** 2)", "(abs(difference).sum(axis=-1) <= radius)"),
+    ),
+    Misconception(
+        "some axes only",
+        "differences along two axes, as from above, or along one: a distance needs all three",
+        _wrong_radius(()).replace("(difference ** 2)", "(difference[..., :2] ** 2)"),
+    ),
+    Misconception(
+        "at most, not at least",
+        "True for points with at most `least` neighbours: those are to go",
+        _wrong_radius(()).replace(">= least", "<= least"),
+    ),
+    Misconception(
+        "exactly",
+        "True only for points with exactly `least` neighbours: those with more stay, too",
+        _wrong_radius(()).replace(">= least", "== least"),
     ),
 )
 

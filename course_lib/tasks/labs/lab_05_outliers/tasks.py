@@ -21,14 +21,17 @@ from course_lib.tasks.labs.lab_05_outliers.cleaning import (
     guess_clean,
     judge_clean,
 )
+from course_lib.tasks.labs.lab_05_outliers.distances import DISTANCE_MISTAKES
 from course_lib.tasks.labs.lab_05_outliers.mistakes import (
     CAUSE_OF,
     CAUSES,
     CUT_MISTAKES,
-    DISTANCE_MISTAKES,
     MEND_MISTAKES,
+    MORE_CUT_MISTAKES,
+    MORE_MEND_MISTAKES,
     WHICH_MISTAKES,
 )
+from course_lib.tasks.labs.lab_05_outliers.parts import part_of_clean, part_of_cut, part_of_radius
 from course_lib.tasks.plain import Plain
 
 
@@ -188,7 +191,8 @@ TASKS = (
         signature="def where_to_cut(mean, wrong, edges)",
         cases=_cut_cases,
         judge=lambda case, answer: judge_number(answer, case.truth, _CUT_TOLERANCE, "m", "the place to cut"),
-        misconceptions=CUT_MISTAKES,
+        misconceptions=CUT_MISTAKES + MORE_CUT_MISTAKES,
+        anatomy=part_of_cut,
         where="lesson 05, section 2 (how far are the neighbours?)",
     ),
     Task(
@@ -215,7 +219,8 @@ TASKS = (
         signature="def keep_by_radius(points, radius, least)",
         cases=_radius_cases,
         judge=_judge_mask,
-        misconceptions=MEND_MISTAKES,
+        misconceptions=MEND_MISTAKES + MORE_MEND_MISTAKES,
+        anatomy=part_of_radius,
         may_call=("numpy", "scipy.spatial"),
         hides=("course_lib.cloud.outliers.keep_by_radius",),
         where="lesson 05, section 3 (how many neighbours?)",
@@ -240,6 +245,7 @@ TASKS = (
         judge=judge_clean,
         distance=clean_distance,
         misconceptions=CLEAN_MISTAKES,
+        anatomy=part_of_clean,
         may_call=("numpy", "scipy.spatial", "scipy.sparse", "scipy.sparse.csgraph"),
         hides=("course_lib.cloud.clusters.euclidean_clusters",),
         guess=guess_clean,
