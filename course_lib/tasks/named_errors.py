@@ -47,9 +47,12 @@ def error_of_choices(answer: Plain, truth: Plain) -> Found | None:
             ring.append(next(name for name in truth if truth[name] == answer[ring[-1]]))
         if len(ring) == len(wrong) > 2:
             causes = ", ".join(repr(truth[name]) for name in ring)
-            return "in a ring", f"{len(ring)} choices stand in each other's places: {causes}. The others are right."
+            others = " The others are right." if len(ring) < len(truth) else ""
+            return "in a ring", f"{len(ring)} choices stand in each other's places: {causes}.{others}"
         return "several exchanged", f"{len(wrong)} choices stand in each other's places; the others are right."
     if len(wrong) == 1 and used.count(answer[wrong[0]]) > 1:
         twice = answer[wrong[0]]
         return "one choice twice", f"All but one are right: of those with {twice!r} one is something else."
-    return "some wrong", f"{len(wrong)} of {len(truth)} are wrong."
+    if len(set(used)) < len(used) and len(set(wanted)) == len(wanted):
+        return "choices used twice", "Each choice belongs to one only: of those that you used more often, ask which."
+    return None

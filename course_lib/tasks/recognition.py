@@ -91,7 +91,8 @@ def recognise_several(
 ) -> tuple[Misconception, ...]:
     """Two mistakes at once: what explains the failed cases one by one, each contradicted by no case that is right.
 
-    Nothing if one case stays unexplained, or if all are explained by one alone (which another case then contradicts).
+    Nothing if one case stays unexplained, or if all are explained by one alone (which another case then contradicts),
+    or if more than two would be needed: so many explain anything.
     """
     found: dict[str, Misconception] = {}
     for case, outcome, verdict in zip(cases, outcomes, verdicts, strict=True):
@@ -108,7 +109,7 @@ def recognise_several(
             return ()
         if not any(m.name in found for m in fit):
             found[fit[0].name] = fit[0]
-    return tuple(found.values()) if len(found) > 1 else ()
+    return tuple(found.values()) if len(found) == 2 else ()
 
 
 def _explains(

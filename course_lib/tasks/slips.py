@@ -35,6 +35,7 @@ WHOLE = (
 )
 TYPES = (
     (np.uint8, "8-bit overflow", "numbers of 8 bits that overflowed: 255 + 1 is 0 in them"),
+    (np.int8, "signed 8-bit overflow", "signed numbers of 8 bits that overflowed: 127 + 1 is −128 in them"),
     (np.int16, "16-bit overflow", "numbers of 16 bits that overflowed"),
     (np.uint16, "unsigned 16-bit overflow", "unsigned numbers of 16 bits that overflowed: 0 − 1 is 65,535 in them"),
     (np.int32, "32-bit overflow", "numbers of 32 bits that overflowed"),
