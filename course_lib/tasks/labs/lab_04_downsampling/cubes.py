@@ -24,6 +24,7 @@ INDEX_MISTAKES = (
         "rounding for floor()",
         "numbers rounded to the nearest, which moves every cube by half a voxel: round down with np.floor",
         _wrong_index("np.rint((points - origin) / voxel).astype(int)"),
+        variants=(_wrong_index("((points - origin) / voxel + 0.5).astype(int)"),),
     ),
     Misconception(
         "rounded up",
@@ -55,7 +56,15 @@ INDEX_MISTAKES = (
         "rounded before dividing",
         "metres rounded down first and divided then: divide first, then round down",
         _wrong_index("np.floor(points - origin) / voxel"),
-        variants=(_wrong_index("np.floor(np.floor(points - origin) / voxel)"),),
+        variants=(
+            _wrong_index("np.floor(np.floor(points - origin) / voxel)"),
+            _wrong_index("np.floor((points - origin).astype(int) / voxel)"),
+        ),
+    ),
+    Misconception(
+        "a face to the cube before",
+        "a point on a face of two cubes in the one before: it belongs to the cube that begins there (np.floor)",
+        _wrong_index("np.ceil((points - origin) / voxel) - 1"),
     ),
     Misconception(
         "origin alone divided",
@@ -81,9 +90,13 @@ INDEX_MISTAKES = (
     ),
     Misconception(
         "grid from the lowest point",
-        "cubes counted from the lowest point of the cloud: they begin at `origin`, and beyond it numbers are negative",
+        "cubes counted from the lowest point, or the middle, of the cloud: they begin at `origin`, and beyond it "
+        "numbers are negative",
         _wrong_index("np.floor((points - points.min(axis=0)) / voxel)"),
-        variants=(_wrong_index(f"{_NUMBERS} - {_NUMBERS}.min(axis=0)"),),
+        variants=(
+            _wrong_index(f"{_NUMBERS} - {_NUMBERS}.min(axis=0)"),
+            _wrong_index("np.floor((points - points.mean(axis=0)) / voxel)"),
+        ),
     ),
     Misconception(
         "sizes without their sign",

@@ -134,6 +134,23 @@ GRID_MISTAKES = (
         variants=(_wrong_grid("np.floor((points - origin) / voxel).prod(axis=1, keepdims=True)"),),
     ),
     Misconception(
+        "another axis left out",
+        "cubes told apart along two axes only, so that all along the third becomes one: number them along x, y and z",
+        _wrong_grid("np.floor((points - origin) / voxel)[:, 1:]"),
+        variants=(_wrong_grid("np.floor((points - origin) / voxel)[:, [0, 2]]"),),
+    ),
+    Misconception(
+        "halves of halves",
+        "the middle between the mean so far and the next point: the last points count most; add up, then divide once",
+        "def voxel_centroids(points, voxel, origin, least):\n"
+        "    mean, count = {}, {}\n"
+        "    for p in points:\n"
+        "        cube = tuple(np.floor((p - origin) / voxel))\n"
+        "        mean[cube] = (mean[cube] + p) / 2 if cube in mean else p\n"
+        "        count[cube] = count.get(cube, 0) + 1\n"
+        "    return np.array([mean[cube] for cube in mean if count[cube] >= least])\n",
+    ),
+    Misconception(
         "only neighbours in the list",
         "points put together only where they follow each other in the list: those of a cube lie anywhere in it; sort "
         "first, or use np.unique or a dict",

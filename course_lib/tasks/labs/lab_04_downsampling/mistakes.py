@@ -100,13 +100,33 @@ NORMAL_MISTAKES = left_in(_GIVEN, _wrong_normal, _COMBINED) + (
     ),
     Misconception(
         "centring without axis",
-        "one mean of all the numbers subtracted from x, y and z alike: each needs its own, mean(axis=0)",
+        "a mean without axis=0 subtracted, the same from x, y and z: each needs its own, mean(axis=0)",
         _wrong_normal(middle="neighbours.mean()"),
+        variants=(_wrong_normal(middle="neighbours.mean(axis=1, keepdims=True)"),),
     ),
     Misconception(
         "viewpoint as centre",
         "points counted from the viewpoint: their spread is counted from their own mean",
         _wrong_normal(middle="viewpoint"),
+    ),
+    Misconception(
+        "a corner as centre",
+        "points counted from their smallest or largest coordinates: spread is counted from their mean",
+        _wrong_normal(middle="neighbours.min(axis=0)"),
+        variants=(_wrong_normal(middle="neighbours.max(axis=0)"),),
+    ),
+    Misconception(
+        "origin for viewpoint",
+        "the side of the frame's zero, or of smaller z, as if the sensor stood there: the arrow leads from the mean to "
+        "`viewpoint`",
+        _wrong_normal().replace(_GIVEN["sign"][1], "(-neighbours.mean(axis=0))"),
+        variants=(_wrong_normal().replace(f"normal @ {_GIVEN['sign'][1]} <", "normal[2] >"),),
+    ),
+    Misconception(
+        "a column of svd's last matrix",
+        "a column of the last matrix of svd, which holds its vectors in rows: take its last row",
+        _fitted("np.linalg.svd(neighbours - neighbours.mean(axis=0))[2]", "found[:, -1]"),
+        variants=(_fitted("np.linalg.svd(neighbours - neighbours.mean(axis=0))[2]", "found[:, 0]"),),
     ),
     Misconception(
         "another row",
@@ -116,9 +136,8 @@ NORMAL_MISTAKES = left_in(_GIVEN, _wrong_normal, _COMBINED) + (
     ),
     Misconception(
         "up for towards",
-        "a sign that z alone decides, as if the sensor were always above or before: compare with the arrow to it",
+        "a sign that z alone decides, as if the sensor were always above: compare with the arrow to it",
         _wrong_normal().replace(f"normal @ {_GIVEN['sign'][1]} <", "normal[2] <"),
-        variants=(_wrong_normal().replace(f"normal @ {_GIVEN['sign'][1]} <", "normal[2] >"),),
     ),
     Misconception(
         "direction to the viewpoint",

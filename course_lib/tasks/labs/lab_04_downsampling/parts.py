@@ -57,7 +57,10 @@ def part_of_grid(case: Case, answer: Plain) -> Part:
                 f"{right.sum():,} of {len(got):,} are right; those beside the planes through the origin are not: "
                 "how are numbers below 0 rounded?"
             )
-        return "some cubes", f"{right.sum():,} of {len(got):,} are right: where do the others lie, and which hold them?"
+        return (
+            "some cubes",
+            f"{right.sum():,} of {len(got):,} are right: which cubes share a number, or lie beside the origin?",
+        )
     if len(got) == len(truth):
         return "another point of each", (
             "As many as there should be, but none is the mean of a cube: is another point of each returned, or is the "
@@ -72,14 +75,23 @@ def part_of_grid(case: Case, answer: Plain) -> Part:
 def part_of_normal(case: Case, answer: Plain) -> Part:
     """The length, the side, a tilt, or a direction within the surface."""
     got, truth = np.asarray(answer, float), np.asarray(case.truth)
+    if got.shape == (len(case.given["neighbours"]),):
+        return "one number a neighbour", (
+            "One number for each neighbour came back: with the offsets in rows, the matrix of their spread is d.T @ d, "
+            "3 by 3."
+        )
     if got.shape != (3,) or not np.isfinite(got).all() or not got.any():
         return None
     length = float(np.linalg.norm(got))
     angle = float(np.degrees(np.arccos(np.clip(got @ truth / length, -1, 1))))
     line = min(angle, 180 - angle)
     if abs(length - 1) > 1e-2:
-        more = "its direction is right" if angle < 0.2 else f"and its direction is {quantity(angle, 'deg')} off"
-        return "not of length 1", f"The normal has the length {length:.3g}; {more}: divide it by its length."
+        values = np.linalg.eigvalsh(np.cov(case.given["neighbours"], rowvar=False))
+        if np.allclose(np.abs(got) / length, values / np.linalg.norm(values), atol=1e-3):
+            return "eigenvalues for a vector", "These are the eigenvalues, the spreads: eigh returns vectors second."
+        if angle < 0.2:
+            return "not of length 1", "Only the length is wrong: divide the normal by its length."
+        return "not of length 1", f"And its direction is {quantity(angle, 'deg')} off: mend that first."
     if line < 0.2:
         return "only the side", (
             "The line is right, the side is wrong: compare with the arrow from the points' mean to the viewpoint."

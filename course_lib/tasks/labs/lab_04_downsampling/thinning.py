@@ -65,7 +65,8 @@ def part_of_thin(case: Case, answer: Plain) -> tuple[str, str] | None:
         return "drawn twice", "Some were drawn more than once: draw without putting back, or leave out what was chosen."
     kept = cKDTree(points[got])
     to_kept = kept.query(points)[0]
-    gap, spacing = float(to_kept.max()), float(np.median(kept.query(points[got], 2)[0][:, 1]))
+    gap = float(to_kept.max())
+    near, spacing = (float(one) for one in np.quantile(kept.query(points[got], 2)[0][:, 1], (0.25, 0.5)))
     x, y, z = points[to_kept.argmax()]
     place = f"the widest gap is at x = {x:.1f}, y = {y:.1f}, z = {z:.1f} m"
     alone = float(np.mean(to_kept > _GAP_BANDS[-1][0]))
@@ -74,9 +75,9 @@ def part_of_thin(case: Case, answer: Plain) -> tuple[str, str] | None:
             f"A whole part has none: {100 * alone:.0f} % of the points lie more than "
             f"{quantity(_GAP_BANDS[-1][0], 'm')} from any kept one; {place}."
         )
-    if 4 * spacing < gap:
+    if 4 * near < gap:
         return "crowded", (
-            f"Half of the kept points have another within {quantity(spacing, 'm')}: too many where the cloud "
+            f"A quarter of the kept points have another within {quantity(near, 'm')}: too many where the cloud "
             f"is dense, too few elsewhere; {place}. Choose by the distance to those already chosen."
         )
     return "a part left thin", (

@@ -10,7 +10,7 @@ import numpy as np
 from course_lib.cloud import clusters, outliers
 from course_lib.tasks.core import Case, Misconception, Verdict
 from course_lib.tasks.judges import judge_band, judge_labels
-from course_lib.tasks.labs.lab_05_outliers.small_desk import FLYING, THIN, small_desk
+from course_lib.tasks.labs.lab_05_outliers.small_desk import FLYING, SURFACE, THIN, small_desk
 from course_lib.tasks.plain import Plain
 
 _CLEAN_BANDS = ((97.0, 1.0), (90.0, 0.75), (80.0, 0.5), (60.0, 0.25))  # F1, per cent
@@ -65,6 +65,11 @@ def clean_distance(case: Case, a: Plain, b: Plain) -> float:
     allowed = _ALIKE.copy()
     # of those that cut into surfaces, some cut deeper
     allowed[0] = max(allowed[0], 0.4 * max(shares[0][0], shares[1][0]))
+    # whole islands of surface or borders and sprinkled points: not the same, though as many
+    lost = [~np.asarray(mask) & (case.hidden["kinds"] == SURFACE) for mask in (a, b)]
+    fewer = min(mask.sum() for mask in lost)
+    if fewer > 0.03 * np.sum(case.hidden["kinds"] == SURFACE) and (lost[0] & lost[1]).sum() < 0.3 * fewer:
+        return np.inf
     return float(np.max(np.abs(shares[0] - shares[1]) / allowed))
 
 

@@ -25,7 +25,33 @@ def _by_tree(last: str, count: str, of: str = "points") -> str:
             f"    return {last}\n")  # fmt: skip
 
 
+_COUNTED = {
+    "itself": ("[:, :k]", "k + 1", "the point's own 0 is among the k: ask for k + 1 and leave the first out"),
+    "one too few": ("[:, 1:]", "k", "only k - 1 neighbours are left: ask for k + 1"),
+}
+_TAKEN = {
+    "sum": ("near.sum(axis=1)", "their sum is not divided by k"),
+    "median": ("np.median(near, axis=1)", "their median is taken in the place of the mean"),
+    "squares": ("(near ** 2).mean(axis=1)", "their squares are averaged in the place of the distances"),
+}
+
+
+def _two_at_once() -> tuple[Misconception, ...]:
+    """The wrong neighbours, and something else than their mean."""
+    return tuple(
+        Misconception(
+            f"{one} and {other}",
+            f"two mistakes: {first}; and {second}",
+            _by_tree(taken.replace("near", f"distance{columns}"), count),
+        )
+        for one, (columns, count, first) in _COUNTED.items()
+        for other, (taken, second) in _TAKEN.items()
+        if one == "itself" or other != "sum"  # a sum does not change with a 0 in it
+    )
+
+
 DISTANCE_MISTAKES = (
+    *_two_at_once(),
     Misconception(
         "the point itself counted",
         "a mean that holds the distance 0 of the point to itself: ask for k + 1 and leave the first out (a tree "
@@ -140,6 +166,27 @@ DISTANCE_MISTAKES = (
         "twins merged",
         "points in the same place made one: each is a neighbour of its own, and of the other at distance 0",
         _by_tree("distance[:, 1:].mean(axis=1)", "k + 1", "np.unique(points, axis=0)"),
+    ),
+    Misconception(
+        "divided by another number",
+        "the sum of the k distances divided by another number than k",
+        _wrong_distances("near.sum(axis=1) / max(k - 1, 1)"),
+        variants=(_wrong_distances("near.sum(axis=1) / len(points)"),),
+    ),
+    Misconception(
+        "the nearest left out",
+        "the nearest neighbour left out, too: only the point itself, the first of k + 1, is none",
+        _wrong_distances("near.mean(axis=1)", "np.sort(d, axis=1)[:, 2:k + 2]"),
+    ),
+    Misconception(
+        "norm for mean",
+        "the root of the sum of the squares of the k distances: add up the distances and divide by k",
+        _wrong_distances("np.linalg.norm(near, axis=1)"),
+    ),
+    Misconception(
+        "distance to the middle of the cloud",
+        "the distance to the mean of all points: it is the mean of the distances to the k nearest",
+        _wrong_distances("np.linalg.norm(points - points.mean(axis=0), axis=1)"),
     ),
     Misconception(
         "spread for mean",

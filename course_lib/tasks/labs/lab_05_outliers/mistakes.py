@@ -64,11 +64,32 @@ CUT_MISTAKES = (
 """The cases are drawn so that each of these is told from each other."""
 MORE_CUT_MISTAKES = (
     Misconception(
+        "first wrong point, and upper edge",
+        "two mistakes: the first bin that holds any wrong point, where true ones are still more; and its upper edge",
+        _wrong_cut("edges[np.argmax(bad > 0) + 1]"),
+    ),
+    Misconception(
+        "most wrong points, and upper edge",
+        "two mistakes: the bin with the most wrong points, where the first that has more is asked; and its upper edge",
+        _wrong_cut("edges[np.argmax(bad) + 1]"),
+    ),
+    Misconception(
+        "most true points",
+        "the bin with the most true points, or the one behind it, the top of their hill: wrong ones lead farther out",
+        _wrong_cut("edges[np.argmax(good)]"),
+        variants=(_wrong_cut("edges[np.argmax(good) + 1]"),),
+    ),
+    Misconception(
         "the first edge",
         "the edge where the first bins begin: a comparison turned round is True there at once, and one that is never "
         "True (sums from the left; all points in the place of the true ones) gives 0 in argmax",
         _wrong_cut("edges[0]"),
         variants=(_wrong_cut("edges[np.argmax(good > bad)]"), _wrong_cut("edges[np.argmax(good >= bad)]")),
+    ),
+    Misconception(
+        "the edge before",
+        "the lower edge of the bin before the right one: one is subtracted too many",
+        _wrong_cut("edges[np.argmax(bad > good) - 1]"),
     ),
     Misconception(
         "last bin",
@@ -149,6 +170,28 @@ MORE_MEND_MISTAKES = (
         "two neighbours too many for each point: it is counted itself, and one is added or `least` is one less: take "
         "one off the count, nothing else",
         _wrong_radius(()).replace("- 1", "+ 1"),
+    ),
+    Misconception(
+        "each pair counted for one of two",
+        "each pair of points counted for one of the two only: if j is a neighbour of i, then i is one of j",
+        _wrong_radius(()).replace(
+            "(squared <= radius ** 2).sum(axis=1) - 1", "np.triu(squared <= radius ** 2, 1).sum(axis=1)"
+        ),
+        variants=(
+            _wrong_radius(()).replace(
+                "(squared <= radius ** 2).sum(axis=1) - 1", "np.triu(squared <= radius ** 2, 1).sum(axis=0)"
+            ),
+        ),
+    ),
+    Misconception(
+        "closer than, and more than",
+        "two mistakes: points at exactly the radius left out, and points with exactly `least` neighbours; both count",
+        _wrong_radius(()).replace("squared <= radius", "squared < radius").replace(">= least", "> least"),
+    ),
+    Misconception(
+        "closer than, and itself counted",
+        "two mistakes: points at exactly the radius left out (use <=), and the point itself counted (take one off)",
+        _wrong_radius(("itself",)).replace("squared <= radius", "squared < radius"),
     ),
     Misconception(
         "two asked too many",

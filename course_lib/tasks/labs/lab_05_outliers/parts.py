@@ -67,6 +67,8 @@ def part_of_clean(case: Case, answer: Plain) -> Part:
     surfaces, thin, flying, mirrored, noise = (
         float(np.mean(~keep[kinds == kind].astype(bool))) for kind in range(1, 6)
     )
+    if surfaces > 0.9 and noise < 0.3:
+        return "kept and removed exchanged", "Strays stay and surfaces go: the mask says what is kept, True stays."
     if surfaces > 0.3:
         return "true points removed", (
             f"{100 * surfaces:.0f} % of the surfaces are gone: mend that first. Is a length below the spacing of 9 mm, "
