@@ -84,9 +84,10 @@ def _two_at_once() -> tuple[Misconception, ...]:
                 message = f"two mistakes: {first}; and {second}"
                 made.append(Misconception(f"{grid} and {name}", message, _wrong_grid(index, **{part: code})))
     for name, (code, first) in _OTHER_RESULTS.items():
+        short = name.removesuffix(" cube")
         for choice, (full, second) in _OTHER_CHOICES.items():
             source = _wrong_grid(result=code, full=full)
-            made.append(Misconception(f"{name} and {choice}", f"two mistakes: {first}; and {second}", source))
+            made.append(Misconception(f"{short} and {choice}", f"two mistakes: {first}; and {second}", source))
     return tuple(made)
 
 
