@@ -17,9 +17,10 @@ from course_lib.tasks.named_errors import error_of_choices, part_of
 from course_lib.tasks.plain import Plain, same
 from course_lib.tasks.recognition import Wrong, known_of, recognise, recognise_several, wrong_of
 from course_lib.tasks.running import Outcome, run
-from course_lib.tasks.slips import Slip, answer_slips, input_slips
+from course_lib.tasks.slips import WHOLE, Slip, answer_slips, input_slips
 
 UNKNOWN = "It is not a mistake that this check knows."
+WHOLE_NAMES = {name for _, name, _ in WHOLE}
 MANY = 3
 """If so many slips of the inputs fit, none of them is what happened."""
 
@@ -108,7 +109,7 @@ def _values(
         i for i, v in enumerate(verdicts) if not v.passed and not math.isfinite(v.error) and answers[i] is not None
     ]
     if refused:
-        found = part_of(task, cases[refused[0]], answers[refused[0]])
+        found = next(filter(None, (part_of(task, cases[i], answers[i]) for i in refused)), None)
         return Diagnosis("anatomy", *_told(found)) if found else form or Diagnosis("form", ("as the judge says",), "")
     found = anatomy(task, cases, answers, verdicts) or error_of_choices(answers[0], cases[0].hidden.get("truth"))
     return Diagnosis("anatomy", *_told(found)) if found else None
@@ -145,6 +146,8 @@ def _slips(
             wrongs = (_slipped(task, case, lambda c, s=slip: s.apply(c.truth)) for case, *_ in some)
             if _fits(task, wrongs, some):
                 fitting.append(slip)
+    if any(slip.name in WHOLE_NAMES for slip in fitting):  # what is cut to whole numbers also fits every small overflow
+        fitting = [slip for slip in fitting if not slip.name.endswith("overflow")]
     if fitting or reference is None:
         return fitting
     for slip in input_slips(cases[first].given):
