@@ -63,6 +63,10 @@ _OTHER_RESULTS = {
         "np.array([points[which == i][0] for i in np.flatnonzero(full)])",
         "one point of each cube and not their mean: noise is not averaged then",
     ),
+    "sums not divided": (
+        "total[full]",
+        "the sum of the points of each cube: divide it by how many there are",
+    ),
 }
 
 
@@ -114,6 +118,12 @@ GRID_MISTAKES = (
         "median for mean",
         "the median of each coordinate in a cube: the centroid is the mean",
         _wrong_grid(result="np.array([np.median(points[which == i], axis=0) for i in np.flatnonzero(full)])"),
+    ),
+    Misconception(
+        "a corner of the points",
+        "the smallest, or largest, coordinates of the points of each cube: take their mean",
+        _wrong_grid(result="np.array([points[which == i].min(axis=0) for i in np.flatnonzero(full)])"),
+        variants=(_wrong_grid(result="np.array([points[which == i].max(axis=0) for i in np.flatnonzero(full)])"),),
     ),
     Misconception(
         "a measured point for the mean",
@@ -198,11 +208,6 @@ GRID_MISTAKES = (
             result="np.array([(points[which == i].min(axis=0) + points[which == i].max(axis=0)) / 2 "
             "for i in np.flatnonzero(full)])"
         ),
-    ),
-    Misconception(
-        "sums not divided",
-        "the sum of the points of each cube: divide it by how many there are",
-        _wrong_grid(result="total[full]"),
     ),
     Misconception(
         "+= with repeated indices",

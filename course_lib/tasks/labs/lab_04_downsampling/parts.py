@@ -24,9 +24,14 @@ def part_of_index(case: Case, answer: Plain) -> Part:
         if off.min() >= 0 and off.max() < 1:
             return "not rounded", "The numbers are right but for the digits behind the point: round down, np.floor."
         return "not whole", "The numbers are not whole: round down at the very end, after all else."
-    if len(off) > 2 and np.ptp(off, axis=0).max() == 0:
-        by = ", ".join(f"{one:+g}" for one in off[0])
-        return "another origin", f"All rows are off by the same ({by}): the grid begins elsewhere than at `origin`."
+    spread = np.ptp(off, axis=0).max()
+    if len(off) > 2 and (spread == 0 or (spread == 1 and np.abs(off).max() > 1)):
+        by = ", ".join(f"{one:+g}" for one in np.median(off, axis=0))
+        nearly = "" if spread == 0 else "nearly "
+        return "another origin", (
+            f"All rows are off by {nearly}the same ({by}): the grid begins elsewhere than at `origin`. Is that "
+            "rounded, or not divided?"
+        )
     if np.abs(off).max() == 1 and (truth[off != 0] >= 0).any():
         return "one cube beside", "No number is off by more than 1: the division is right, the rounding is not."
     return None
@@ -61,6 +66,8 @@ def part_of_grid(case: Case, answer: Plain) -> Part:
             "some cubes",
             f"{right.sum():,} of {len(got):,} are right: which cubes share a number, or lie beside the origin?",
         )
+    if cKDTree(truth).query(got)[0].max() < 0.05 * case.given["voxel"] and len(got) == len(truth):
+        return "nearly the means", "Every point lies close to the mean of a cube, but not at it: is something rounded?"
     if len(got) == len(truth):
         return "another point of each", (
             "As many as there should be, but none is the mean of a cube: is another point of each returned, or is the "

@@ -62,6 +62,8 @@ def clean_distance(case: Case, a: Plain, b: Plain) -> float:
     if any(np.shape(mask) != np.shape(case.truth) or np.asarray(mask).dtype.kind != "b" for mask in (a, b)):
         return np.inf
     shares = [_removed(np.asarray(mask), case.hidden["kinds"]) for mask in (a, b)]
+    if any(np.all(a == only) != np.all(b == only) for only in (True, False)):
+        return np.inf
     allowed = _ALIKE.copy()
     # of those that cut into surfaces, some cut deeper
     allowed[0] = max(allowed[0], 0.4 * max(shares[0][0], shares[1][0]))

@@ -46,12 +46,19 @@ def _two_at_once() -> tuple[Misconception, ...]:
         )
         for one, (columns, count, first) in _COUNTED.items()
         for other, (taken, second) in _TAKEN.items()
-        if one == "itself" or other != "sum"  # a sum does not change with a 0 in it
+        if one == "itself" or other == "squares"  # a sum does not change with a 0 in it
     )
 
 
 DISTANCE_MISTAKES = (
     *_two_at_once(),
+    Misconception(
+        "one too few and median",
+        "two mistakes: only k - 1 neighbours are left, or the point's own 0 is one more; and their median is taken in "
+        "the place of the mean",
+        _by_tree("np.median(distance[:, 1:], axis=1)", "k"),
+        variants=(_by_tree("np.median(distance, axis=1)", "k + 1"),),
+    ),
     Misconception(
         "the point itself counted",
         "a mean that holds the distance 0 of the point to itself: ask for k + 1 and leave the first out (a tree "

@@ -20,7 +20,11 @@ def part_of_cut(case: Case, answer: Plain) -> Part:
         return None
     at = int(np.abs(edges - value).argmin())
     if abs(edges[at] - value) > 1e-5:
-        where = "beyond all bins" if not edges[0] <= value <= edges[-1] else "no edge of a bin"
+        where = (
+            "beyond all bins (the number of a bin, or millimetres?)"
+            if not edges[0] <= value <= edges[-1]
+            else "no edge of a bin"
+        )
         return "not an edge", f"{quantity(value, 'm')} is {where}: return one of `edges`, that where the bin begins."
     right = int(np.abs(edges - case.truth).argmin())
     inside = (mean >= edges[at]) & (mean < edges[min(at + 1, len(edges) - 1)])
