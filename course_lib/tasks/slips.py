@@ -169,7 +169,7 @@ def _of_motion() -> Iterator[Slip]:
 
 
 def _of_components(count: int, axes: str) -> Iterator[Slip]:
-    names = axes[:count] if len(axes) >= count else [f"number {i}" for i in range(count)]
+    names = axes[:count] if len(axes) >= count else ["the first", "the second", "the third", "the fourth"][:count]
     for i in range(count):
         sign = np.ones(count)
         sign[i] = -1
