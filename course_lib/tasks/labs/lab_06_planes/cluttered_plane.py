@@ -50,9 +50,9 @@ def _why_off(case: Case, answer: Plain, score: float) -> str:
         return "A plane through three noisy points leans: fit to its inliers, collect these again, and fit again."
     if near < most:
         return (
-            f"Only {near:,} points lie within the threshold of it, and {most:,} of the true one. Are there enough samples? "
-            "Is each judged by that count, and the best kept? Has the normal length 1, and has the distance lost its "
-            "sign, before you count?"
+            f"Only {near:,} points lie within the threshold of it, and {most:,} of the true one. Are there enough "
+            "samples? Is each judged by that count, and the best kept? Has the normal length 1, and has the distance "
+            "lost its sign, before you count?"
         )
     return ""
 
