@@ -11,7 +11,7 @@ import threading
 
 import psutil
 import pytest
-from grading_helpers import graded, job, need_sandbox, submission, task
+from grading_helpers import alive_after, graded, job, need_sandbox, submission, task
 from how_thorough import some
 
 from course_lib.grading.run import pool
@@ -51,7 +51,7 @@ def _marked() -> list[psutil.Process]:
 
 
 LOOP = """
-end = time.monotonic() + 6
+end = vars(time).setdefault('end', time.monotonic() + 4)  # once, not in each case
 while time.monotonic() < end:
     try:
         while time.monotonic() < end:
@@ -95,7 +95,7 @@ if full:
     raise MemoryError('the disk is full')
 """
 LIMITED = {
-    "a loop that ignores interrupts": (LOOP, "timeout", {"task_seconds": 2.0}, {"task_seconds": 20.0}),
+    "a loop that ignores interrupts": (LOOP, "timeout", {"task_seconds": 1.0}, {"task_seconds": 20.0}),
     "endless output": (PRINTS, "output", {"output_mb": 2.0}, {"output_mb": 40.0}),
     "memory": (MEMORY, "memory", {"memory_mb": 400.0}, {"memory_mb": 2000.0, "task_seconds": 20.0}),
     "forks": (
@@ -143,7 +143,7 @@ def test_it_ends_its_kernel():
 def test_it_kills_its_parent(sandbox):
     records = {}
     honest = job("00", submission("00", solved=True))
-    attack = job("00", answer("os.kill(os.getppid(), signal.SIGKILL)\ntime.sleep(1)"), sandbox=sandbox)
+    attack = job("00", answer("os.kill(os.getppid(), signal.SIGKILL)\ntime.sleep(0.2)"), sandbox=sandbox)
     pool.grade_jobs([attack, honest], 1, records.__setitem__)
     assert records[1]["points"] == 1
     if sandbox == "bwrap":
@@ -169,7 +169,7 @@ if os.fork() == 0:
     assert left  # the control: without the sandbox it lives on
     for process in left:
         process.kill()
-        process.wait(5)
+    assert not alive_after(left)
 
 
 def test_the_network_is_not_there():
@@ -218,18 +218,6 @@ def test_processes_of_others_cannot_be_seen():
     one = task(graded("00", answer(code)), 1)
     assert one["reason"] == "raised", one["error"]
     assert task(graded("00", answer(code), sandbox="none"), 1)["points"] == 1  # the control
-
-
-def test_files_among_the_sockets():
-    code = """
-mounts = [line.split()[4] for line in open('/proc/self/mountinfo')]
-place = [mount for mount in mounts if mount.endswith(('/s0', '/s1'))][0]
-for i in range(30):
-    open(os.path.join(place, f'f{i}'), 'w').close()
-time.sleep(1)
-"""
-    one = task(graded("00", answer(code)), 1)
-    assert (one["points"], one["reason"]) == (0.0, "files"), one["error"]
 
 
 def test_files_beside_a_notebook_do_not_run_in_the_grader(tmp_path):
