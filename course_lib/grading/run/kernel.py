@@ -290,6 +290,8 @@ class Kernel(RunningKernel):
             return
         if hasattr(self, "process"):
             self._kill()
+            with contextlib.suppress(subprocess.TimeoutExpired):  # the manager looks only every tenth of a second
+                self.km.provisioner.process.wait(1)
         if hasattr(self, "kc"):
             self.kc.stop_channels()
         self.km.shutdown_kernel(now=True)
