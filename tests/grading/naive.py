@@ -14,7 +14,6 @@ from pathlib import Path
 
 from grading_helpers import ROOT
 
-
 PLAIN_NBVAL = ("-m", "pytest", "-p", "nbval.plugin", "--nbval-lax", "-q", "-p", "no:cacheprovider")
 NO_OTHER_PLUGINS = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
 """For its environment: what else is installed here is no part of the usual grader, and takes long to import."""

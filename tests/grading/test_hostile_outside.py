@@ -323,11 +323,11 @@ def test_another_submission_that_is_graded_now_is_not_seen(tmp_path):
 
 def test_plain_nbval_with_strict_checks_is_enough_for_a_notebook_that_is_trusted(tmp_path):
     """`COURSE_STRICT=1 pytest --nbval-lax exercises/NN.ipynb`, as the instructor's page says it."""
-    words = [sys.executable, "-m", "pytest", "--nbval-lax", "-q", "-p", "no:cacheprovider", f"exercises/{NAME}"]
-    environment = {**os.environ, "COURSE_STRICT": "1"}
+    words = [sys.executable, *PLAIN_NBVAL, f"exercises/{NAME}"]
+    environment = {**os.environ, "COURSE_STRICT": "1", **NO_OTHER_PLUGINS}
     done = subprocess.run(words, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 1 and "NotImplementedError" in done.stdout, done.stdout[-2000:]
-    nb = nbformat.reads(submission("03", solved=True).decode(), 4)
+    nb = nbformat.reads(submission("04", solved=True).decode(), 4)
     for number, cell in enumerate(cell for cell in nb.cells if cell.cell_type == "code"):
         cell.execution_count = number + 1  # as JupyterLab saves a notebook that was run
     solved = run_nbval(tmp_path, nbformat.writes(nb).encode())

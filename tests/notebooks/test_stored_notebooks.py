@@ -64,7 +64,9 @@ def untouched() -> dict[str, NotebookNode]:
 @pytest.mark.parametrize(
     "lab", [pytest.param(lab, marks=[pytest.mark.slow] * (lab != LABS[0]), id=lab.name) for lab in LABS]
 )
-def test_untouched_exercise_raises_each_tasks_own_error_and_no_other(lab: Source, untouched: dict[str, NotebookNode]) -> None:
+def test_untouched_exercise_raises_each_tasks_own_error_and_no_other(
+    lab: Source, untouched: dict[str, NotebookNode]
+) -> None:
     found = stub_findings(untouched[lab.name], skipped=lambda task: bool(missing_data(tasks.get(task).data)))
     assert not found, "\n".join(found)
 
