@@ -91,6 +91,7 @@ def test_a_grader_on_this_machine_is_not_reached(way):
         code += "place.sendall(b'points 100')\nplace.close()"
         record = task(graded("00", answer(code)), 1)
         assert (record["points"], record["reason"], open_grader.points) == (0.0, "raised", 0), record["error"]
+        assert "refused" in record["error"] or "unreachable" in record["error"], record["error"]
         assert task(graded("00", answer(code), sandbox="none"), 1)["points"] == 1
         assert open_grader.believed(100)  # the control: without the sandbox it gave itself points
 
@@ -237,7 +238,8 @@ def test_an_answer_that_is_not_a_number(value, monkeypatch):
 
     monkeypatch.setattr(lab_00, "TASKS", (dataclasses.replace(lab_00.TASKS[0], judge=careless, version=2),))
     assert task(graded("00", data), 1)["points"] == 1
-    assert task(graded("00", submission("00", {1: WRONG})), 1)["points"] == 0
+    if value == "np.nan":  # once: it is careless with NaN only
+        assert task(graded("00", submission("00", {1: WRONG})), 1)["points"] == 0
 
 
 SCRIPT = "<script>alert(1)</script>"
