@@ -110,8 +110,14 @@ def preamble(lab: str, root: Path = ROOT) -> str:
 
     Imports of course_lib.notebook are left out: an answer that needs them could not be graded.
     """
+    path = source_path(lab, root)
+    return _preamble(path, path.stat().st_mtime_ns)
+
+
+@lru_cache(maxsize=64)
+def _preamble(path: Path, _changed: int) -> str:
     kept: list[str] = []
-    for cell in nbs.read_source(source_path(lab, root)).cells:
+    for cell in nbs.read_source(path).cells:
         if cell.cell_type != "code" or {"task", "check", "real-data"} & set(nbs.cell_tags(cell)):
             continue
         lines = [line for line in cell.source.split("\n") if not line.startswith(("%", "!"))]
