@@ -14,20 +14,12 @@ from course_lib.tasks.core import Case, Task
 from course_lib.tasks.diagnosis import changed, slip_key
 from course_lib.tasks.plain import same
 from course_lib.tasks.public_answers import Kept, file_of, keep, name_of, pack, unpack
-from course_lib.tasks.recognition import Wrong, load_source, wrong_answer
+from course_lib.tasks.recognition import Wrong, wrong_answer
 from course_lib.tasks.slips import input_slips
 
 MOST_BYTES = 1_000_000
 MOVED = 1e-6
 """Relative: values that moved by less are kept as they stand."""
-
-
-def reference(task: Task, tree: Tree) -> Callable[..., Any] | None:
-    """The right function of a task from its lab; None where no input could be changed."""
-    if task.kind in ("open", "which", "explain"):
-        return None
-    source = f"{solutions.preamble(task.lab, tree.root)}\n{solutions.reference(task.id, tree.root)}"
-    return load_source(source, task.function)
 
 
 def wrong_answers(task: Task, case: Case, right: Callable[..., Any] | None) -> dict[str, Wrong]:
@@ -45,7 +37,7 @@ def wrong_answers(task: Task, case: Case, right: Callable[..., Any] | None) -> d
 def kept_of(task: Task, tree: Tree) -> list[Kept]:
     """What is kept of a task, a case after the other; slips that are far from the truth in no case are left out."""
     cases = task.public(data.load if task.data else None)
-    right = reference(task, tree)
+    right = solutions.right_function(task, tree.root)
     answers = [wrong_answers(task, case, right) for case in cases]
     telling = {name for each in answers for name, wrong in each.items() if wrong.far or name.startswith("mistake: ")}
     return [

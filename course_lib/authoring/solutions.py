@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import ast
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from course_lib import tasks
 from course_lib.authoring import notebooks as nbs
 from course_lib.authoring import stubs
 from course_lib.authoring.tree import CourseError
 from course_lib.tasks.private import private_folder
+from course_lib.tasks.recognition import load_source
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -97,6 +100,19 @@ def task_of_lab(task_id: str, root: Path = ROOT) -> LabTask:
 def reference(task_id: str, root: Path = ROOT) -> str:
     """The source of a task's cell with the right answer in it."""
     return stubs.reference_source(task_of_lab(task_id, root).source)
+
+
+def right_function(task: tasks.Task, root: Path = ROOT) -> Callable[..., Any] | None:
+    """The right function of a task, to try changed inputs on; None for tasks whose answer no input changes.
+
+    Raises
+    ------
+    CourseError
+        If its lab does not hold it.
+    """
+    if task.kind in ("open", "which", "explain"):
+        return None
+    return load_source(f"{preamble(task.lab, root)}\n{reference(task.id, root)}", task.function)
 
 
 def stub(task_id: str, root: Path = ROOT) -> str:

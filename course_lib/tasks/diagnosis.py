@@ -38,6 +38,11 @@ class Diagnosis:
     says: str
     mistakes: tuple[Misconception, ...] = ()
 
+    @property
+    def counted(self) -> tuple[str, ...]:
+        """Names that are worth counting over a class."""
+        return self.names if self.says and self.kind != "anatomy" else ()
+
 
 def diagnose(
     task: Task,
