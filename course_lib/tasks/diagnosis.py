@@ -93,8 +93,10 @@ def _values(
         return Diagnosis("anatomy", (constant[0],), constant[1])
     slips = _slips(task, cases, outcomes, verdicts, reference) if any(a is not None for a in answers) else []
     if slips:
-        words = dict.fromkeys(slip.message for slip in slips)
-        return Diagnosis("slip", tuple(slip.name for slip in slips), f"This looks like {', or like '.join(words)}.")
+        *others, last = dict.fromkeys(slip.message for slip in slips)
+        words = ", or like ".join([*(other.rstrip("?") for other in others), last])
+        end = "" if last.endswith("?") else "."
+        return Diagnosis("slip", tuple(slip.name for slip in slips), f"This looks like {words}{end}")
     several = recognise_several(task, cases, outcomes, verdicts)
     if several:
         return _mistakes(several, ", and in another case like ")
