@@ -45,6 +45,7 @@ def kept_of(task: Task, tree: Tree) -> list[Kept]:
         keep(
             {name: wrong for name, wrong in each.items() if name in telling},
             {name: _tolerance(task, case, wrong) for name, wrong in each.items()},
+            case.name,
         )
         for case, each in zip(cases, answers, strict=True)
     ]
