@@ -64,7 +64,7 @@ def answer_slips(truth: Plain, axes: str = "xyz") -> Iterator[Slip]:
         yield from _of_list(truth)
         if truth.ndim == 2:
             yield from _of_table(truth)
-        if truth.ndim and 2 <= truth.shape[-1] <= FEW and truth.dtype.kind != "b":
+        if truth.ndim and 2 <= truth.shape[-1] <= FEW and truth.dtype.kind != "b" and truth.shape != (4, 4):
             yield from _of_components(truth.shape[-1], axes)
     elif isinstance(truth, Mapping):
         if all(isinstance(value, str) for value in truth.values()):
