@@ -104,7 +104,7 @@ def _joined(answer: list, truth: np.ndarray) -> tuple[str, str] | None:
     if truth.shape == (4, 4) and sorted(part.size for part in parts) == [3, 9]:
         return (
             "not joined",
-            "A rotation and a shift came back apart where one 4x4 is asked: T = np.eye(4), then T[:3, :3] and T[:3, 3].",
+            "A rotation and a shift came back apart where one 4x4 is asked: fill T[:3, :3] and T[:3, 3] of np.eye(4).",
         )
     if truth.ndim == 1 and len({part.shape for part in parts}) > 1 and all(part.ndim == 1 for part in parts):
         if sum(len(part) for part in parts) == len(truth):

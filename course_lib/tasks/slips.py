@@ -163,7 +163,6 @@ def _of_motion() -> Iterator[Slip]:
         ("shift not turned, other sign", "a shift not turned, and negated", right, lambda R, p: -R.T @ p),
         ("shift turned twice", "a shift that was turned once more", right, lambda R, p: R @ p),
         ("both undone", "the rotation transposed and the shift negated", lambda R, p: R.T, lambda R, p: -p),
-        ("not undone", "the rotation transposed, with the shift turned by it", lambda R, p: R.T, lambda R, p: -R.T @ p),
     ):
         yield Slip(name, words, but(rotation, shift))
 
