@@ -1,105 +1,8 @@
-"""The wrong answers of lab 07's motions from known pairs, as learner code: what each looks like, and what to do."""
+"""The wrong answers of lab 07's motion from known pairs, as learner code: what each looks like, and what to do."""
 
 from __future__ import annotations
 
 from course_lib.tasks.core import Misconception
-
-
-def _wrong_total(line: str, start: str = "np.eye(4)", after: str = "T", steps: str = "steps") -> str:
-    return (
-        f"def accumulate(steps):\n    T = {start}\n    for step in {steps}:\n        T = {line}\n    return {after}\n"
-    )
-
-
-def _total_by_parts(shift: str) -> str:
-    """Rotation and shift kept apart; `old` is the rotation before the step, R with it."""
-    return (
-        "def accumulate(steps):\n"
-        "    T, R, t = np.eye(4), np.eye(3), np.zeros(3)\n"
-        "    for step in steps:\n"
-        "        old, R = R, step[:3, :3] @ R\n"
-        f"        t = {shift}\n"
-        "    T[:3, :3], T[:3, 3] = R, t\n"
-        "    return T\n"
-    )
-
-
-TOTAL_MISTAKES = (
-    Misconception(
-        "new step on the right",
-        "T @ step, which applies the newest step first: what happens last stands on the left, so step @ T",
-        _wrong_total("T @ step"),
-    ),
-    Misconception(
-        "inverse returned",
-        "the way back, from the target to the source: return the transform itself",
-        _wrong_total("step @ T", after="np.linalg.inv(T)"),
-        variants=(_wrong_total("np.linalg.inv(step) @ T"),),
-    ),
-    Misconception(
-        "last step only",
-        "the newest step alone: the earlier ones have moved the source, too",
-        _wrong_total("step.copy()"),
-    ),
-    Misconception(
-        "matrices added",
-        "a sum or a mean where a product belongs: rotations do not add up, multiply the matrices with @",
-        _wrong_total("T + step - np.eye(4)"),
-        variants=(
-            _wrong_total("T + step"),
-            _wrong_total("T + step", "np.zeros((4, 4))"),
-            _wrong_total("T + step / len(steps)", "np.zeros((4, 4))"),
-        ),
-    ),
-    Misconception(
-        "entry by entry",
-        "* or np.prod, which multiply entry by entry: the product of matrices is @",
-        _wrong_total("step * T"),
-        variants=(_wrong_total("step * T", "np.ones((4, 4))"),),
-    ),
-    Misconception(
-        "begun with zeros",
-        "a product that begins with zeros and so stays 0: begin with np.eye(4)",
-        _wrong_total("step @ T", "np.zeros((4, 4))"),
-    ),
-    Misconception(
-        "first step left out",
-        "a product without the first step: does the loop begin at 1, with np.eye(4) in the place of the first",
-        _wrong_total("step @ T", steps="steps[1:]"),
-    ),
-    Misconception(
-        "last step left out",
-        "a product without the last step: the loop ends one too early",
-        _wrong_total("step @ T", steps="steps[:-1]"),
-    ),
-    Misconception(
-        "first step twice",
-        "a product with the first step in it twice: begin with np.eye(4), or let the loop begin with the second",
-        _wrong_total("step @ T", "steps[0]"),
-    ),
-    Misconception(
-        "first step only",
-        "the first step alone: does return stand inside the loop",
-        _wrong_total("step @ T", steps="steps[:1]"),
-    ),
-    Misconception(
-        "shifts not turned",
-        "shifts that were added up by themselves: the newest step turns the shift so far, too, as step @ T does",
-        _total_by_parts("t + step[:3, 3]"),
-    ),
-    Misconception(
-        "shift turned by all rotations",
-        "a shift turned by the whole rotation so far: only the newest step's rotation turns it, as step @ T does",
-        _total_by_parts("R @ t + step[:3, 3]"),
-        variants=(_total_by_parts("old @ t + step[:3, 3]"),),
-    ),
-    Misconception(
-        "new shift turned",
-        "the new step's own shift turned by the rotation so far: it is the shift so far that the new step turns",
-        _total_by_parts("t + old @ step[:3, 3]"),
-        variants=(_total_by_parts("t + R @ step[:3, 3]"),),
-    ),
-)
 
 
 def _wrong_fit(
@@ -124,6 +27,7 @@ def _wrong_fit(
     )
 
 
+_BOTH = "np.vstack([source, target]).mean(axis=0)"
 _SCALED = "np.vstack([np.c_[R * w.sum() / (p**2).sum(), mean_q - R @ mean_p * w.sum() / (p**2).sum()], [0, 0, 0, 1]])"
 _AFFINE = (
     "def best_rigid(source, target):\n"
@@ -161,6 +65,24 @@ FIT_MISTAKES = (
         variants=(_wrong_fit("V @ U.T @ np.diag([1, 1, np.sign(np.linalg.det(V @ U.T))])"),),
     ),
     Misconception(
+        "the wrong ones transposed",
+        "U and V multiplied with the wrong ones transposed: R = V Uᵀ, which is Vt.T @ U.T",
+        _wrong_fit("U @ V"),
+        variants=(
+            _wrong_fit("U.T @ V"),
+            _wrong_fit("U.T @ Vt"),
+            _wrong_fit("U @ np.diag([1, 1, np.sign(np.linalg.det(U @ V))]) @ V"),
+            _wrong_fit("U.T @ np.diag([1, 1, np.sign(np.linalg.det(U @ V))]) @ V"),
+            _wrong_fit("U.T @ np.diag([1, 1, np.sign(np.linalg.det(U @ V))]) @ Vt"),
+        ),
+    ),
+    Misconception(
+        "singular values in R",
+        "a rotation with the singular values in it: they stretch, so leave them out, R = V diag(1, 1, det) Uᵀ",
+        _wrong_fit("V @ np.diag(w) @ U.T"),
+        variants=(_wrong_fit("V @ np.diag(w * [1, 1, np.linalg.det(V @ U.T)]) @ U.T"),),
+    ),
+    Misconception(
         "another direction flipped",
         "a guard that flips another direction than the weakest: the singular values fall, so diag(1, 1, det)",
         _wrong_fit("V @ np.diag([np.sign(np.linalg.det(V @ U.T)), 1, 1]) @ U.T"),
@@ -185,6 +107,12 @@ FIT_MISTAKES = (
         "translation without R",
         "the difference of the two means: rotate the source's mean first, t = mean of target − R · mean of source",
         _wrong_fit(translation="mean_q - mean_p"),
+        variants=(_wrong_fit(translation="mean_p - mean_q"),),
+    ),
+    Misconception(
+        "turned about its own middle",
+        "a source that turns about its own mean and stays there: its mean must end at the target's",
+        _wrong_fit(translation="mean_p - R @ mean_p"),
     ),
     Misconception(
         "the difference of the means turned",
@@ -242,12 +170,25 @@ FIT_MISTAKES = (
             _wrong_fit(p="source", q="target", translation="0"),
             _wrong_fit(rotation="V @ U.T", p="source", q="target", translation="0"),
             _wrong_fit(p="source", q="target", translation="mean_q - mean_p"),
+            _wrong_fit(means=f"{_BOTH}, {_BOTH}"),
+            _wrong_fit(means=f"{_BOTH}, {_BOTH}", translation="target.mean(axis=0) - R @ source.mean(axis=0)"),
         ),
     ),
     Misconception(
         "means without axis",
-        "one mean of all numbers where each coordinate has its own: mean(axis=0)",
+        "a mean of all numbers, or of each row, where each coordinate has its own: mean(axis=0)",
         _wrong_fit(means="np.full(3, source.mean()), np.full(3, target.mean())"),
+        variants=(
+            _wrong_fit(
+                p="source - source.mean(axis=1)[:, None]",
+                q="target - target.mean(axis=1)[:, None]",
+            ),
+        ),
+    ),
+    Misconception(
+        "sums for means",
+        "sums in the place of the means: divide by the number of points",
+        _wrong_fit(means="source.sum(axis=0), target.sum(axis=0)"),
     ),
     Misconception(
         "medians for means",

@@ -27,18 +27,19 @@ def parts_of_step(case: Case, answer: Plain) -> Found | None:
         words = _of_fitness(case, fitness) or "it comes in after the pairs, so look at the last line only."
         return "only the fitness", f"T is right, and so are the pairs; only the fitness is wrong: {words}"
     words = _of_T(case, T) or (
-        f"the rotation by {turned:.1f}°, and the shift may only follow from it."
+        f"its rotation is off by {turned:.1f}°, and its shift may only follow from that."
         if turned >= 0.01
-        else f"only in its shift, by {quantity(shifted, 'm')}; its rotation is right."
+        else f"its rotation is right, its shift is off by {quantity(shifted, 'm')}."
     )
     if right_fitness:
         return "only T", f"The fitness is right, and so are the pairs kept; T is wrong: {words}"
     known, more = _of_T(case, T), _of_fitness(case, fitness)
-    if known and more:
+    if known:
+        more = more or "it is no share of the source points that were kept."
         return "two mistakes", f"The pairs are right; T and the fitness are not. T: {known} The fitness: {more}"
     return "T and the fitness", (
-        f"T and the fitness are both wrong, so look first at what both come from: the distances and `keep`. "
-        f"{f'The fitness: {more}' if more else f'T is wrong: {words}'}"
+        "T and the fitness are both wrong, so look first at what both come from: distances and `keep`. "
+        f"T: {words}{f' The fitness: {more}' if more else ''}"
     )
 
 
@@ -46,10 +47,13 @@ def _of_fitness(case: Case, fitness: float) -> str:
     """What a fitness counts, where that can be told."""
     count = case.truth["fitness"] * len(case.given["source"])
     for value, words in (
-        (1.0, "it is 1 always, as pairs are divided by pairs."),
+        (1.0, "it is 1 here: are pairs divided by pairs, or all counted?"),
         (count, "it is the number of pairs, not their share."),
         (count / len(case.given["target"]), "it divides by the target's points."),
+        (count / (len(case.given["source"]) + len(case.given["target"])), "it divides by the points of both clouds."),
         (100 * case.truth["fitness"], "it is in percent."),
+        (round(case.truth["fitness"], 1), "it was rounded."),
+        (round(case.truth["fitness"], 2), "it was rounded."),
     ):
         if abs(fitness - value) < 1e-6:
             return words
@@ -64,6 +68,7 @@ def _of_T(case: Case, T: np.ndarray) -> str:
         (before @ step, "T @ step applies the step first; it stands leftmost."),
         (step, "it is the step alone, without the motion so far."),
         (before, "it is still the T that came in."),
+        (case.truth["T"] @ before, "the step was fitted to the source as given, and put onto T again."),
         (np.linalg.inv(step) @ before, "the step goes the wrong way, as its inverse does."),
     ):
         if np.abs(T - value).max() < 1e-4:
@@ -86,8 +91,11 @@ def parts_of_registration(case: Case, answer: Plain) -> Found | None:
 
     off, before, needed = apart(T, truth), apart(np.eye(4), truth), rotation_degrees(np.eye(3), truth[:3, :3])
     turned = rotation_degrees(np.eye(3), T[:3, :3])
-    if apart(T, np.eye(4)) < _STILL:
-        return "nothing moved", "The source stays where it was: is T ever replaced by step @ T, and is anything kept?"
+    if apart(T, np.eye(4)) < 0.1 * before:
+        return "nothing moved", (
+            "The source stays where it was. Is T ever replaced by step @ T? Is anything kept: does the radius begin as "
+            "large as the scans are apart?"
+        )
     if apart(np.linalg.inv(T), truth) < 0.04:
         return "the inverse", "The inverse of what is asked came back: the source is what moves, to the target."
     if turned < 0.5 or (turned < 0.4 * needed and off < 0.95 * before):

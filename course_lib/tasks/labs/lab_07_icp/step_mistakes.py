@@ -26,6 +26,7 @@ def _wrong_step(
     q: str = "target[near[keep]]",
     rotation: str = "Vt.T @ guard @ U.T",
     shift: str = "q.mean(axis=0) - step[:3, :3] @ p.mean(axis=0)",
+    centred: str = "(p - p.mean(axis=0)).T @ (q - q.mean(axis=0))",
     after: str = "",
     again: str = "keep",
 ) -> str:
@@ -38,7 +39,7 @@ def _wrong_step(
         "    near, distance = distances.argmin(axis=1), distances.min(axis=1)\n"
         f"    keep = {reject}\n"
         f"    p, q = {p}, {q}\n"
-        "    U, _, Vt = np.linalg.svd((p - p.mean(axis=0)).T @ (q - q.mean(axis=0)))\n"
+        f"    U, _, Vt = np.linalg.svd({centred})\n"
         "    guard = np.diag([1, 1, np.linalg.det(Vt.T @ U.T)])\n"
         "    step = np.eye(4)\n"
         f"    step[:3, :3] = {rotation}\n"
@@ -49,7 +50,16 @@ def _wrong_step(
 
 
 _AFTER = "np.linalg.norm((moved @ step[:3, :3].T + step[:3, 3])[:, None] - target[None], axis=2).min(axis=1) <= radius"
-MEND_MISTAKES = left_in(_GIVEN_MISTAKES, _wrong_step) + (
+MEND_MISTAKES = (
+    *left_in(_GIVEN_MISTAKES, _wrong_step),
+    *(
+        Misconception(
+            f"{' and '.join(left)} left in, share of the target",
+            f"{'; and '.join(_GIVEN_MISTAKES[name][2] for name in left)}; and a fitness divided by the target's points",
+            _wrong_step(left, share="keep.sum() / len(target)"),
+        )
+        for left in (("pairs",), ("order",), ("pairs", "order"))
+    ),
     Misconception(
         "share of the target",
         "a fitness that divides by the target's points: it is a share of the source's",
@@ -70,6 +80,12 @@ MEND_MISTAKES = left_in(_GIVEN_MISTAKES, _wrong_step) + (
         "a count of different target points, each once: count the source points that found a partner",
         _wrong_step(share="len(np.unique(near[keep])) / len(source)"),
         variants=(_wrong_step(share="len(np.unique(near[keep])) / len(target)"),),
+    ),
+    Misconception(
+        "target points counted",
+        "the share of the target points that have a source point near: look from each source point",
+        _wrong_step(share="(distances.min(axis=0) <= radius).mean()"),
+        variants=(_wrong_step(share="(distances.min(axis=0) <= radius).sum() / len(source)"),),
     ),
     Misconception(
         "a distance for the fitness",
@@ -138,7 +154,11 @@ MEND_MISTAKES = left_in(_GIVEN_MISTAKES, _wrong_step) + (
         "partners of other points",
         "points laid on the partners of others: p and q need the same rows, moved[keep] and target[near[keep]]",
         _wrong_step(q="target[near][: keep.sum()]"),
-        variants=(_wrong_step(q="target[np.sort(near[keep])]"), _wrong_step(q="target[: keep.sum()]")),
+        variants=(
+            _wrong_step(q="target[np.sort(near[keep])]"),
+            _wrong_step(q="target[: keep.sum()]"),
+            _wrong_step(q="target[: len(source)][keep]"),
+        ),
     ),
     Misconception(
         "moved by the transposed rotation",
@@ -152,8 +172,18 @@ MEND_MISTAKES = left_in(_GIVEN_MISTAKES, _wrong_step) + (
     ),
     Misconception(
         "rotation of the step transposed",
-        "the step's rotation transposed: the given V · guard · Uᵀ was right",
+        "the step's rotation transposed, or p and q exchanged in its SVD: the given lines were right",
         _wrong_step(rotation="U @ guard @ Vt"),
+    ),
+    Misconception(
+        "step not centred",
+        "a step from points that were not centred: the given p − its mean and q − its mean were right",
+        _wrong_step(centred="p.T @ q"),
+    ),
+    Misconception(
+        "step without a turn",
+        "a step that only shifts: the given rotation from the SVD was right",
+        _wrong_step(rotation="np.eye(3)"),
     ),
     Misconception(
         "shift of the step without R",

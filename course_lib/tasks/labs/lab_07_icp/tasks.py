@@ -17,10 +17,11 @@ from course_lib.geometry.transforms import apply, compose, invert, rotation_z
 from course_lib.tasks.core import Case, Task, Verdict
 from course_lib.tasks.judges import judge_band, judge_number, judge_transform, refuse, worst_of
 from course_lib.tasks.kinds import in_words, which_cause
-from course_lib.tasks.labs.lab_07_icp.mistakes import FIT_MISTAKES, TOTAL_MISTAKES
+from course_lib.tasks.labs.lab_07_icp.mistakes import FIT_MISTAKES
 from course_lib.tasks.labs.lab_07_icp.parts import parts_of_registration, parts_of_step
 from course_lib.tasks.labs.lab_07_icp.scan_mistakes import CAUSE_OF, CAUSES, OPEN_MISTAKES, WHICH_MISTAKES
 from course_lib.tasks.labs.lab_07_icp.step_mistakes import MEND_MISTAKES
+from course_lib.tasks.labs.lab_07_icp.total_mistakes import TOTAL_MISTAKES
 from course_lib.tasks.labs.lab_07_icp.two_scans import bumps, motion, two_scans
 from course_lib.tasks.plain import Plain, describe
 
