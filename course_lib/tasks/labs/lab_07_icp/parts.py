@@ -19,7 +19,7 @@ Found = tuple[str, str]
 
 def parts_of_step(case: Case, answer: Plain) -> Found | None:
     """T or the fitness, or both; what gives both of them is named first."""
-    T, fitness = np.asarray(answer["T"], dtype=float), float(answer["fitness"])
+    T, fitness = np.asarray(answer["T"], dtype=float), float(np.asarray(answer["fitness"]).item())
     turned = rotation_degrees(T[:3, :3], case.truth["T"][:3, :3])
     shifted = float(np.linalg.norm(T[:3, 3] - case.truth["T"][:3, 3]))
     right_T, right_fitness = turned < 0.01 and shifted < 1e-4, abs(fitness - case.truth["fitness"]) < 1e-3
