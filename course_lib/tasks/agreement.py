@@ -80,7 +80,11 @@ def distance(task: Task, case: Case, a: Plain, b: Plain | Sampled) -> float:
         return float(task.distance(case, a, b))
     if "truth" not in case.hidden:
         return math.inf
-    return task.judge(replace(case, hidden={**case.hidden, "truth": b}), a).ratio
+    try:
+        with np.errstate(all="ignore"):
+            return task.judge(replace(case, hidden={**case.hidden, "truth": b}), a).ratio
+    except ValueError:  # b, which is wrong, is no truth that this judge can take: a matrix that is not rigid
+        return math.inf
 
 
 def _stray_nan(value: Plain, truth: Plain) -> bool:

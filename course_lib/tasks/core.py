@@ -104,6 +104,12 @@ class Misconception:
         return (self.source, *self.variants)
 
 
+def middle_of(verdicts: Sequence[Verdict]) -> int:
+    """The case of the median score, which an open task is scored by and spoken of."""
+    order = sorted(range(len(verdicts)), key=lambda i: verdicts[i].score)
+    return order[(len(order) - 1) // 2 if len(order) % 2 else len(order) // 2]
+
+
 Judge = Callable[[Case, Plain], Verdict]
 
 

@@ -100,12 +100,10 @@ def _values(
     several = recognise_several(task, cases, outcomes, verdicts)
     if several:
         return _mistakes(several, ", and in another case like ")
-    refused = [
-        i
-        for i, v in enumerate(verdicts)
-        if not v.passed and not math.isfinite(v.error) and outcomes[i].kind != "raised"
-    ]
-    if refused:
+    if any(
+        not v.passed and not math.isfinite(v.error) and o.kind != "raised"
+        for v, o in zip(verdicts, outcomes, strict=True)
+    ):
         return Diagnosis("form", ("as the judge says",), "")
     found = anatomy(task, cases, answers, verdicts)
     return Diagnosis("anatomy", (found[0],), found[1]) if found else None
