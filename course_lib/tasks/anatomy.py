@@ -7,14 +7,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from course_lib.tasks.core import Case, Task, Verdict
+from course_lib.tasks.core import Case, Task, Verdict, middle_of
 from course_lib.tasks.named_errors import ALL_ZERO, SIGN_IN_SOME, Found, all_zero, part_of
 from course_lib.tasks.plain import Plain, describe, same
 from course_lib.tasks.wording import quantity
 
 VAGUE = ("scattered", "a part only")
-EQUAL = 1e-4
-"""Relative to the error: so equal are offsets, or factors, that are called the same."""
+EQUAL = 1e-4  # relative: so equal are offsets, or factors, that are called the same
 
 
 def anatomy(task: Task, cases: Sequence[Case], answers: Sequence[Plain], verdicts: Sequence[Verdict]) -> Found | None:
@@ -28,10 +27,9 @@ def anatomy(task: Task, cases: Sequence[Case], answers: Sequence[Plain], verdict
     told = [i for i in failed if answers[i] is not None and math.isfinite(verdicts[i].error)]
     if not failed:
         return None
-    worst = max(told, key=lambda i: verdicts[i].ratio, default=failed[0])
-    found = None
-    if told:
-        found = part_of(task, cases[worst], answers[worst])
+    spoken = middle_of(verdicts) if task.kind == "open" else -1
+    worst = max(told, key=lambda i: (i == spoken, verdicts[i].ratio), default=failed[0])
+    found = part_of(task, cases[worst], answers[worst]) if told else None
     if found is None and len(failed) == 1 and len(verdicts) > 2 and task.kind != "open":
         name = cases[failed[0]].name or f"number {failed[0] + 1}"
         found = "only in one case", f"Only one case is wrong, “{name}”; the other {len(verdicts) - 1} are right."
@@ -116,6 +114,8 @@ def _of_each_case(pairs: list[tuple[np.ndarray, np.ndarray]], known: list[np.nda
         if np.abs(a - slope * t - level).max() > EQUAL * np.abs(a).max():
             return None
         factors.append(slope), offsets.append(level), turned.append(abs(level) <= EQUAL * np.abs(a).max())
+    if all(turned) and np.isin(np.round(factors, 6), (-1, 0, 1)).all():
+        return SIGN_IN_SOME
     if all(turned):
         low, high = (quantity(x) for x in (min(factors), max(factors)))
         return (

@@ -17,16 +17,22 @@ from course_lib.cloud import floors
 from course_lib.tasks.core import Case, Task, Verdict
 from course_lib.tasks.judges import judge_array, judge_number, refuse
 from course_lib.tasks.kinds import in_words, which_cause
-from course_lib.tasks.labs.lab_06_planes.cluttered_plane import FIND_MISTAKES, cluttered, guess_plane, judge_find
+from course_lib.tasks.labs.lab_06_planes.cluttered_plane import (
+    FIND_MISTAKES,
+    cluttered,
+    guess_plane,
+    judge_find,
+    what_was_found,
+)
+from course_lib.tasks.labs.lab_06_planes.fit_mistakes import FIT_MISTAKES
 from course_lib.tasks.labs.lab_06_planes.mistakes import (
     CAUSE_OF,
     CAUSES,
-    FIT_MISTAKES,
     HEIGHT_MISTAKES,
     TRIES_MISTAKES,
     WHICH_MISTAKES,
 )
-from course_lib.tasks.labs.lab_06_planes.plane_answers import apart, plane_problem, turned
+from course_lib.tasks.labs.lab_06_planes.plane_answers import apart, plane_problem, turned, which_part
 from course_lib.tasks.plain import Plain
 from course_lib.tasks.wording import measured
 
@@ -137,7 +143,7 @@ def _height_case(points: np.ndarray, plane: np.ndarray, name: str) -> Case:
     return Case({"points": points, "plane": plane}, {"truth": truth}, name)
 
 
-def _height_cases(rng: np.random.Generator, load: Callable[[str], Any]) -> list[Case]:
+def _height_cases(rng: np.random.Generator, load: Callable[[str], Any] | None) -> list[Case]:
     head = np.array([[0, 0, 5], [0, 2, 5], [1, 1.5, 3], [0, 2.25, 1.0]])
     below = np.array([[0, 0, 2], [0.3, 0.2, 1.5], [-0.5, 0.4, 0.8], [1, -1, 2.125]])
     pit = np.array([[0, 1.9, 3], [0, 3, 3], [1, 2.7, 4], [0.5, 2.9, 2]])
@@ -148,7 +154,7 @@ def _height_cases(rng: np.random.Generator, load: Callable[[str], Any]) -> list[
         _height_case(pit, np.array([0, 2.0, 0, -4.0]), "a pit: most of it is below the floor"),
         _height_case(hung, np.array([0, 2.0, 0, 4.0]), "a camera that hangs upside down"),
     ]
-    for i, number in enumerate(_FRAMES):
+    for i, number in enumerate(_FRAMES if load is not None else ()):
         points, plane = _real_floor(load, number)
         height = points @ plane[:3] + plane[3]
         some = np.concatenate(
@@ -197,6 +203,7 @@ TASKS = (
         signature="def fit_plane(points)",
         cases=_fit_cases,
         judge=_judge_fit,
+        anatomy=lambda case, answer: which_part(answer, case.truth, case.given["points"].mean(axis=0)),
         misconceptions=FIT_MISTAKES,
         hides=_LIBRARY,
         where="lesson 06, section 1 (the plane that fits best); least squares in z: section 2",
@@ -233,6 +240,7 @@ TASKS = (
         signature="def find_plane(points, threshold)",
         cases=lambda rng: [cluttered(rng)],
         judge=judge_find,
+        anatomy=what_was_found,
         misconceptions=FIND_MISTAKES,
         hides=_LIBRARY,
         guess=guess_plane,
