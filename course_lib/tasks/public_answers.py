@@ -24,7 +24,9 @@ from course_lib.tasks.running import Outcome
 
 FILE = "public.npz"
 MOST = 256
-"""So many numbers of an answer are kept."""
+"""So many numbers of a large answer are kept."""
+LARGE = 2 * MOST
+"""An answer of more numbers is large; others are kept whole, so that points in another order are known again."""
 Kept = dict[str, Any]
 """Of one case: names, and of each whether it answers, is far, passes; its answer, or numbers of it."""
 
@@ -88,7 +90,7 @@ def keep(wrongs: Mapping[str, Wrong], tolerances: Mapping[str, float], case: str
     for name, wrong in wrongs.items():
         if wrong.outcome.kind == "answer":
             form, parts = leaves(wrong.outcome.answer)
-            if sum(part.size for part in parts) > MOST:
+            if sum(part.size for part in parts) > LARGE:
                 large.setdefault(form, []).append((name, parts))
     forms = [{"form": form, "places": _places([parts for _, parts in same])} for form, same in large.items()]
     numbers = {name: number for number, same in enumerate(large.values()) for name, _ in same}
