@@ -135,7 +135,8 @@ class Task:
     distance : `distance(case, a, b)` in tolerances, where the default will not do. The default judges `a` with `b` in
         the place of `hidden["truth"]`.
     anatomy : for answers whose parts have names: `anatomy(case, answer)` says which part is wrong, the one that causes
-        the others first, as (name, sentence); None for the usual one. It is asked of refused answers, too.
+        the others first, as (name, sentence); None for the usual one.
+    refused : the same of answers that the judge refuses; it may be the same function, if it knows any form.
     data : names of real datasets that the cases need; makes `cases` take `load` (the notebook's `data.load`).
     guess : for open tasks: `guess(rng)` returns a function with random settings, which must earn less than half.
     rubric : for explain tasks: what earns 0, 1 and 2.
@@ -155,6 +156,7 @@ class Task:
     where: str = ""
     distance: Callable[[Case, Plain, Plain], float] | None = None
     anatomy: Callable[[Case, Plain], tuple[str, str] | None] | None = None
+    refused: Callable[[Case, Plain], tuple[str, str] | None] | None = None
     data: tuple[str, ...] = ()
     guess: Callable[[np.random.Generator], Callable[..., Any]] | None = None
     rubric: tuple[str, ...] = ()

@@ -119,7 +119,7 @@ def _values(
         if not v.passed and not math.isfinite(v.error) and o.kind != "raised"
     ]
     if refused:
-        asked = (part_of(task, cases[i], answers[i]) for i in refused if answers[i] is not None)
+        asked = (part_of(task, cases[i], answers[i], refused=True) for i in refused if answers[i] is not None)
         found = next(filter(None, asked), None)
         return Diagnosis("anatomy", *_told(found)) if found else form or Diagnosis("form", ("as the judge says",), "")
     found = anatomy(task, cases, answers, verdicts) or error_of_choices(answers[0], cases[0].hidden.get("truth"))

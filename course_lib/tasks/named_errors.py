@@ -19,10 +19,13 @@ SIGN_IN_SOME = (
 )
 
 
-def part_of(task: Task, case: Case, answer: Plain) -> Found | None:
-    """What the task itself says of an answer, which a judge may have refused for its form."""
-    with suppress(ValueError, TypeError, IndexError, KeyError, AttributeError):
-        return task.anatomy(case, answer) if task.anatomy else None
+def part_of(task: Task, case: Case, answer: Plain, refused: bool = False) -> Found | None:
+    """What the task itself says of an answer; of one that its judge refused, where the task knows such."""
+    asked = task.refused if refused else task.anatomy
+    if asked is None:
+        return None
+    with suppress(ArithmeticError, ValueError, TypeError, LookupError, AttributeError), np.errstate(all="ignore"):
+        return asked(case, answer)
     return None
 
 

@@ -197,6 +197,7 @@ TASKS = (
         judge=lambda case, answer: judge_points_set(answer, case.truth, _POINT_TOLERANCE, "m", what="the centroids"),
         misconceptions=GRID_MISTAKES,
         anatomy=part_of_grid,
+        refused=part_of_grid,
         hides=_GRIDS,
         where="lesson 04, section 1 (one point a cube)",
     ),
@@ -211,6 +212,7 @@ TASKS = (
         judge=_judge_normal,
         misconceptions=NORMAL_MISTAKES,
         anatomy=part_of_normal,
+        refused=part_of_normal,
         hides=(
             "course_lib.cloud.normals.estimate_normals",
             "course_lib.cloud.normals.fit_surfels",
@@ -239,6 +241,7 @@ TASKS = (
         judge=judge_thin,
         misconceptions=THIN_MISTAKES,
         anatomy=part_of_thin,
+        refused=part_of_thin,
         guess=guess_thin,
         hides=("course_lib.cloud.downsample.sample_farthest", *_GRIDS),
         where="lesson 04, Going further (farthest point), then this task's hints",

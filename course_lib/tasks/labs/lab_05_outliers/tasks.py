@@ -249,6 +249,7 @@ TASKS = (
         distance=clean_distance,
         misconceptions=CLEAN_MISTAKES,
         anatomy=part_of_clean,
+        refused=part_of_clean,
         may_call=("numpy", "scipy.spatial", "scipy.sparse", "scipy.sparse.csgraph"),
         hides=("course_lib.cloud.clusters.euclidean_clusters",),
         guess=guess_clean,
