@@ -35,8 +35,14 @@ def in_kernel() -> bool:
 
 
 def live() -> bool:
-    """Is a person watching, in a terminal or a notebook, so that a progress bar helps?"""
-    return not quiet() and (in_kernel() or bool(sys.stderr and sys.stderr.isatty()))
+    """Is a person watching, in a terminal or a notebook, so that a progress bar helps?
+
+    What runs notebooks without a person (nbval, nbconvert) allows no input, and compares all that is shown.
+    """
+    if quiet() or not in_kernel():
+        return not quiet() and bool(sys.stderr and sys.stderr.isatty())
+    kernel = getattr(sys.modules["IPython"].get_ipython(), "kernel", None)
+    return bool(getattr(kernel, "_allow_stdin", True))
 
 
 def notice(sentence: str) -> None:

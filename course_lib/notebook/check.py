@@ -12,6 +12,7 @@ import inspect
 import math
 import os
 import re
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -58,7 +59,7 @@ def check(task_id: str, function: Callable[..., Any]) -> Card:
         return _judged_later(unseen, function)
     task = tasks.get(task_id)
     strict = os.environ.get("COURSE_STRICT", "") not in ("", "0")
-    refused = _refused(task, function) or forbidden(task, function)
+    refused = _refused(task, function) or _older(function) or forbidden(task, function)
     if refused:
         if strict:
             raise CheckFailed(f"{task.label}: {refused}") from None
@@ -118,6 +119,26 @@ def _refused(task: tasks.Task, function: Any) -> str:
     except ValueError:
         return ""  # some built-in functions do not tell their arguments; the call will
     return ""
+
+
+def _older(function: Callable[..., Any]) -> str:
+    """Why a function is an older one than its cell says; "" where it is that of the cell, or nobody can tell."""
+    shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
+    name = getattr(function, "__name__", "")
+    if shell is None or not name.isidentifier():
+        return ""
+    cells = [str(cell) for cell in shell.user_ns.get("In", ())]
+    last = next((cell for cell in reversed(cells) if re.search(rf"^def {name}\b", cell, re.M)), None)
+    try:
+        source = inspect.getsource(function)
+    except (OSError, TypeError):
+        return ""
+    if last is None or f"{source.rstrip()}\n" in f"{last.rstrip()}\n":
+        return ""
+    return (
+        f"The cell that was run last with `def {name}` did not come to its end, so an older {name} would be judged: "
+        "mend that cell, run it, then this one."
+    )
 
 
 def _loader(task: tasks.Task) -> Callable[..., Any] | None:

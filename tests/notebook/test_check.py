@@ -315,3 +315,21 @@ def test_parts_together() -> None:
 def test_card_without_anything_to_say() -> None:
     assert Card("not started", "T", "s").text == "○ T — s"
     assert Card("failed", "T", "s", band=0).text.endswith("Within tolerance.")
+
+
+@pytest.mark.parametrize("broken", ["def points(n):\n    return TRUTH +\n", "1 / 0\ndef points(n):\n    return None\n"])
+def test_an_older_function_than_the_cell_says_is_not_judged(broken: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    from IPython.core.interactiveshell import InteractiveShell
+    from traitlets.config import Config
+
+    shell = InteractiveShell(config=Config({"HistoryManager": {"hist_file": ":memory:"}}))
+    monkeypatch.setattr("IPython.get_ipython", lambda: shell)
+    shell.user_ns.update(check=check, TRUTH=TRUTH)
+    good = "def points(n):\n    return TRUTH\n"
+    for cells, tone in (((good,), "passed"), ((good, broken), "failed"), ((good, broken, good), "passed")):
+        for cell in cells:
+            shell.run_cell(cell, store_history=True)
+        card = shell.run_cell('check("90-1", points)', store_history=True).result
+        assert card.tone == tone, card.text
+        if tone == "failed":
+            assert "an older points would be judged: mend that cell, run it, then this one." in card.text

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -384,3 +385,16 @@ def test_clearing(cache, tmp_path):
     load(seed=8)
     assert _cache.clear("tiny_room") > 0
     assert left(tmp_path / "cache") == []
+
+
+@pytest.mark.parametrize("person", [True, False])
+def test_no_bar_where_no_person_is_at_the_other_end(monkeypatch, person):
+    """nbval and nbconvert allow no input; what they see must not depend on whether a dataset was made before."""
+    from ipykernel.kernelbase import Kernel
+
+    assert Kernel._allow_stdin.default_value is False  # the name that is looked for; the front end of a person sets it
+    shell = SimpleNamespace(kernel=SimpleNamespace(_allow_stdin=person))
+    monkeypatch.setattr(_places, "in_kernel", lambda: True)
+    monkeypatch.setattr("IPython.get_ipython", lambda: shell)
+    monkeypatch.delenv("COURSE_QUIET", raising=False)
+    assert _places.live() is person
