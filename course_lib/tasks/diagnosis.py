@@ -12,7 +12,7 @@ import numpy as np
 from course_lib.tasks.agreement import near, same_kind
 from course_lib.tasks.anatomy import always_the_same, anatomy
 from course_lib.tasks.core import Case, Misconception, Task, Verdict
-from course_lib.tasks.forms import form_problem
+from course_lib.tasks.forms import form_problem, gap_problem
 from course_lib.tasks.plain import Plain
 from course_lib.tasks.recognition import Wrong, known_of, recognise, recognise_several, wrong_of
 from course_lib.tasks.running import Outcome, run
@@ -96,7 +96,9 @@ def _values(
         i for i, v in enumerate(verdicts) if not v.passed and not math.isfinite(v.error) and answers[i] is not None
     ]
     if refused:
-        return Diagnosis("form", ("as the judge says",), "")
+        gaps = [gap_problem(answers[i], cases[i].hidden.get("truth")) for i in refused]
+        name, says = next((gap for gap in gaps if gap), ("as the judge says", ""))
+        return Diagnosis("form", (name,), says)
     found = anatomy(task, cases, answers, verdicts)
     return Diagnosis("anatomy", (found[0],), found[1]) if found else None
 
@@ -125,6 +127,8 @@ def _slips(
             wrongs = (_slipped(task, case, lambda c, s=slip: s.apply(c.truth)) for case, *_ in some)
             if _fits(task, wrongs, some):
                 fitting.append(slip)
+    if any(slip.name == "cut to whole numbers" for slip in fitting):  # then nothing has overflowed
+        fitting = [slip for slip in fitting if not slip.name.endswith("overflow")]
     if fitting or reference is None:
         return fitting
     for slip in input_slips(cases[first].given):

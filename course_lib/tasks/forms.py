@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -25,6 +26,69 @@ def form_problem(answer: Plain, truth: Plain) -> tuple[str, str] | None:
         return _of_array(answer, np.asarray(truth))
     if isinstance(truth, (int, float)) and not isinstance(truth, bool):
         return _of_number(answer, truth)
+    return None
+
+
+NAN_ALWAYS = (
+    "NaN",
+    "NaN came back: it comes from the root of a negative number or from 0 / 0, and a mean, a median or a largest value "
+    "of numbers with NaN among them is NaN, too.",
+)
+
+
+def gap_problem(answer: Plain, truth: Plain) -> tuple[str, str] | None:
+    """What NaN and infinity in an answer say that should not be there; of a dict, also what its parts' forms say."""
+    if isinstance(truth, Mapping):
+        if not isinstance(answer, Mapping) or set(answer) != set(truth):
+            return None
+        for key, part in truth.items():
+            found = form_problem(answer[key], part) or gap_problem(answer[key], part)
+            if found:
+                return f"{found[0]} in {key!r}", f"In {key!r}: {found[1]}"
+        return None
+    if isinstance(answer, float) and isinstance(truth, (int, float)):
+        return NAN_ALWAYS if math.isnan(answer) and not math.isnan(truth) else None
+    if not isinstance(answer, (np.ndarray, list)) or not isinstance(truth, np.ndarray):
+        return None
+    try:
+        a = np.asarray(answer)
+    except ValueError:
+        return None
+    if a.dtype.kind not in "iuf" or truth.dtype.kind not in "iuf" or a.shape != truth.shape:
+        return None
+    return of_gaps(a.astype(float), truth.astype(float))
+
+
+def of_gaps(a: np.ndarray, t: np.ndarray) -> tuple[str, str] | None:
+    """What NaN and infinity in numbers say, of the same shape as the true ones."""
+    lost, filled = np.isnan(a) & ~np.isnan(t), ~np.isnan(a) & np.isnan(t)
+    if filled.any() and not lost.any():
+        values = a[filled]
+        words = f", always {values[0]:g}" if np.ptp(values) == 0 else ""
+        return (
+            "holes filled",
+            f"Where nothing was measured stands a number ({filled.sum():,} times{words}) instead of NaN.",
+        )
+    if lost.any() and not filled.any():
+        if (t[lost] == 0).all():
+            return (
+                "NaN for 0",
+                f"NaN stands where 0 is asked ({lost.sum():,} times), and nowhere else: keep the 0 there.",
+            )
+        return (
+            "values lost",
+            f"NaN stands where a number belongs ({lost.sum():,} times): is there the root of a negative number, a "
+            "division by 0, or 0 / 0?",
+        )
+    if lost.any():
+        return "holes moved", "The places of NaN are wrong: rows and columns, or the order, may be exchanged."
+    endless = np.isinf(a) & ~np.isinf(t)
+    if endless.any():
+        return (
+            "infinite",
+            f"Infinity stands in {endless.sum():,} places: is there a division by 0, or was a stand-in for what is "
+            "missing never taken out?",
+        )
     return None
 
 
