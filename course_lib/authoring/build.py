@@ -12,6 +12,7 @@ from nbformat import NotebookNode
 
 from course_lib.notebook._cells import real_datasets
 from course_lib.notebook._errors import Refusal
+from course_lib.tasks.registry import lab_numbers
 
 from . import notebooks as nbs
 from . import stubs
@@ -21,6 +22,8 @@ from .kernels import CellFailed, execute
 from .lesson_files import lacking
 from .needed_data import prepare_data
 from .outputs import keep_unchanged
+from .public_answers import stale_public, write_public
+from .solutions import ROOT
 from .tree import CourseError, Source, Tree
 
 KEPT_PLANS = 3  # tasks 1–3 keep the solution's comments as a plan
@@ -183,6 +186,11 @@ def orphans(tree: Tree) -> list[str]:
     ]
 
 
+def _asks(source: Source, tree: Tree) -> bool:
+    """Whether a source is a lab of this course, whose tasks are registered."""
+    return source.kind == "lab" and tree.root == ROOT and source.number in lab_numbers()
+
+
 def build_all(names: Iterable[str], kind: str | None, tree: Tree, say: Callable[[str], None]) -> int:
     """Build what is named, one after the other, and print what the gates find; the others go on after a failure.
 
@@ -207,6 +215,8 @@ def build_all(names: Iterable[str], kind: str | None, tree: Tree, say: Callable[
         what = ", ".join(tree.relative(path) for path in changed) or "nothing changed"
         say(f"  {what} ({time.perf_counter() - started:.0f} s)")
         built.append(source)
+    for line in filter(None, (write_public(source.number, tree) for source in built if _asks(source, tree))):
+        say(line)
     for path in write_generated(tree):
         say(f"{tree.relative(path)}: its rows are new")
     found = [line for source in built for path in source.notebooks for line in findings(path, tree)]
@@ -223,6 +233,7 @@ def check_all(names: Iterable[str], kind: str | None, tree: Tree, say: Callable[
     names = list(names)
     sources = [source for source in tree.find(names) if kind in (None, source.kind)]
     findings = [line for source in sources for line in check_agreement(source, tree)]
+    findings += [line for source in sources if _asks(source, tree) for line in stale_public(source.number, tree)]
     findings += lacking(tree, names) + ([] if names else orphans(tree) + stale(tree))
     for line in findings:
         say(line)

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import ast
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from course_lib import tasks
 from course_lib.authoring import notebooks as nbs
 from course_lib.authoring import stubs
 from course_lib.authoring.tree import CourseError
 from course_lib.tasks.private import private_folder
+from course_lib.tasks.recognition import load_source
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -99,6 +102,19 @@ def reference(task_id: str, root: Path = ROOT) -> str:
     return stubs.reference_source(task_of_lab(task_id, root).source)
 
 
+def right_function(task: tasks.Task, root: Path = ROOT) -> Callable[..., Any] | None:
+    """The right function of a task, to try changed inputs on; None for tasks whose answer no input changes.
+
+    Raises
+    ------
+    CourseError
+        If its lab does not hold it.
+    """
+    if task.kind in ("open", "which", "explain"):
+        return None
+    return load_source(f"{preamble(task.lab, root)}\n{reference(task.id, root)}", task.function)
+
+
 def stub(task_id: str, root: Path = ROOT) -> str:
     """The source of a task's cell as learners get it."""
     task = task_of_lab(task_id, root)
@@ -110,8 +126,14 @@ def preamble(lab: str, root: Path = ROOT) -> str:
 
     Imports of course_lib.notebook are left out: an answer that needs them could not be graded.
     """
+    path = source_path(lab, root)
+    return _preamble(path, path.stat().st_mtime_ns)
+
+
+@lru_cache(maxsize=64)
+def _preamble(path: Path, _changed: int) -> str:
     kept: list[str] = []
-    for cell in nbs.read_source(source_path(lab, root)).cells:
+    for cell in nbs.read_source(path).cells:
         if cell.cell_type != "code" or {"task", "check", "real-data"} & set(nbs.cell_tags(cell)):
             continue
         lines = [line for line in cell.source.split("\n") if not line.startswith(("%", "!"))]

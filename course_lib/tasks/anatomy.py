@@ -12,15 +12,13 @@ from course_lib.tasks.forms import NAN_ALWAYS, of_gaps
 from course_lib.tasks.plain import Plain, describe, same
 from course_lib.tasks.wording import quantity
 
-Found = tuple[str, str]
-"""The name of what is common, and a sentence."""
+Found = tuple[str, str]  # the name of what is common, and a sentence
 SIGN_IN_SOME = (
     "sign in some cases",
     "Sizes are right; in some cases every value has the other sign: the side is decided by something else than asked.",
 )
 VAGUE = ("scattered", "a part only")
-EQUAL = 1e-4
-"""Relative to the error: so equal are offsets, or factors, that are called the same."""
+EQUAL = 1e-4  # relative: so equal are offsets, or factors, that are called the same
 
 
 def anatomy(task: Task, cases: Sequence[Case], answers: Sequence[Plain], verdicts: Sequence[Verdict]) -> Found | None:
@@ -122,6 +120,8 @@ def _of_each_case(pairs: list[tuple[np.ndarray, np.ndarray]], known: list[np.nda
         if np.abs(a - slope * t - level).max() > EQUAL * np.abs(a).max():
             return None
         factors.append(slope), offsets.append(level), turned.append(abs(level) <= EQUAL * np.abs(a).max())
+    if all(turned) and np.isin(np.round(factors, 6), (-1, 0, 1)).all():
+        return SIGN_IN_SOME
     if all(turned):
         low, high = (quantity(x) for x in (min(factors), max(factors)))
         return (

@@ -38,6 +38,11 @@ class Diagnosis:
     says: str
     mistakes: tuple[Misconception, ...] = ()
 
+    @property
+    def counted(self) -> tuple[str, ...]:
+        """Names that are worth counting over a class."""
+        return self.names if self.says and self.kind != "anatomy" else ()
+
 
 def diagnose(
     task: Task,
@@ -50,7 +55,8 @@ def diagnose(
 
     Parameters
     ----------
-    reference : a right function of this task, to try slips of the inputs on; without it they are not tried.
+    reference : a right function of this task, to try slips of the inputs on; without it those are tried whose answers
+        are kept (`public_answers`).
     """
     if all(verdict.passed for verdict in verdicts) or task.kind == "explain":
         return None
@@ -61,9 +67,9 @@ def diagnose(
             if found:
                 return Diagnosis("form", (found[0],), found[1])
     found = _mistakes(mistakes, ", or like ") if mistakes else _values(task, cases, outcomes, verdicts, reference)
-    changed = [o.overwrote for o, v in zip(outcomes, verdicts, strict=True) if o.overwrote and not v.passed]
-    if changed and (found is None or found.kind != "form"):
-        names = " and ".join(f"`{name}`" for name in changed[0])
+    overwritten = [o.overwrote for o, v in zip(outcomes, verdicts, strict=True) if o.overwrote and not v.passed]
+    if overwritten and (found is None or found.kind != "form"):
+        names = " and ".join(f"`{name}`" for name in overwritten[0])
         says = f"The function changes {names}, which it was given; what is read from there later (a slice, too) is new."
         return Diagnosis(
             "slip",
@@ -87,13 +93,17 @@ def _values(
         return Diagnosis("anatomy", (constant[0],), constant[1])
     slips = _slips(task, cases, outcomes, verdicts, reference) if any(a is not None for a in answers) else []
     if slips:
-        words = dict.fromkeys(slip.message for slip in slips)
-        return Diagnosis("slip", tuple(slip.name for slip in slips), f"This looks like {', or like '.join(words)}.")
+        *others, last = dict.fromkeys(slip.message for slip in slips)
+        words = ", or like ".join([*(other.rstrip("?") for other in others), last])
+        end = "" if last.endswith("?") else "."
+        return Diagnosis("slip", tuple(slip.name for slip in slips), f"This looks like {words}{end}")
     several = recognise_several(task, cases, outcomes, verdicts)
     if several:
         return _mistakes(several, ", and in another case like ")
     refused = [
-        i for i, v in enumerate(verdicts) if not v.passed and not math.isfinite(v.error) and answers[i] is not None
+        i
+        for i, v in enumerate(verdicts)
+        if not v.passed and not math.isfinite(v.error) and outcomes[i].kind != "raised"
     ]
     if refused:
         gaps = [gap_problem(answers[i], cases[i].hidden.get("truth")) for i in refused]
@@ -129,10 +139,12 @@ def _slips(
                 fitting.append(slip)
     if any(slip.name == "cut to whole numbers" for slip in fitting):  # then nothing has overflowed
         fitting = [slip for slip in fitting if not slip.name.endswith("overflow")]
-    if fitting or reference is None:
+    if fitting:
         return fitting
     for slip in input_slips(cases[first].given):
-        wrongs = (_changed(task, case, slip, reference) for case, *_ in some)
+        if reference is None and (task.id, slip_key(slip)) not in known_of.get(cases[first], {}):
+            continue
+        wrongs = (changed(task, case, slip, reference) for case, *_ in some)
         if _fits(task, wrongs, some):
             fitting.append(slip)
     return fitting
@@ -147,9 +159,17 @@ def _slipped(task: Task, case: Case, made: Callable[[Case], Plain]) -> Wrong:
     return wrong_of(task, case, outcome)
 
 
-def _changed(task: Task, case: Case, slip: Slip, reference: Callable[..., Any]) -> Wrong:
+def slip_key(slip: Slip) -> str:
+    """What the answer of a slip of the inputs is remembered under."""
+    return f"input slip: {slip.name}"
+
+
+def changed(task: Task, case: Case, slip: Slip, reference: Callable[..., Any] | None) -> Wrong:
+    """What the reference answers to a case whose inputs slipped; remembered as long as the case lives."""
     known = known_of.setdefault(case, {})
-    key = (task.id, f"input slip: {slip.name}")
+    key = (task.id, slip_key(slip))
+    if key not in known and reference is None:
+        return Wrong(Outcome("raised"), False, False)
     if key not in known:
         try:
             with np.errstate(all="ignore"):

@@ -190,7 +190,7 @@ def _of_shape(answer: np.ndarray, truth: np.ndarray) -> tuple[str, str] | None:
         if got[0] < asked[0]:
             return (
                 "rows dropped",
-                f"You kept {got[0]:,} of {asked[0]:,}: {asked[0] - got[0]:,} were dropped that belong to the answer.",
+                f"You kept {got[0]:,} of {asked[0]:,}; the answer has all of them.",
             )
         return (
             "rows too many",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import importlib
 import pkgutil
+from pathlib import Path
 
 from course_lib.tasks import labs
 from course_lib.tasks.core import Task
@@ -21,6 +22,11 @@ def lab_numbers() -> tuple[str, ...]:
 def _folders() -> dict[str, str]:
     """The package of each lab, by its number: {"03": "lab_03_depth_to_points"}."""
     return {m.name[4:6]: m.name for m in pkgutil.iter_modules(labs.__path__) if m.name.startswith("lab_")}
+
+
+def folder(number: str) -> Path:
+    """The folder of a lab's package."""
+    return Path(next(iter(labs.__path__))) / _folders()[number]
 
 
 def lab(number: str) -> tuple[Task, ...]:

@@ -21,8 +21,8 @@ FACTORS = (
     (0.001, "divided by 1000", f"a thousandth of the right value: {MILLIMETRES}"),
     (100.0, "times 100", "100 times the right value: percent for a share, or centimetres for metres"),
     (0.01, "divided by 100", "a hundredth of the right value: a share for percent, or metres for centimetres"),
-    (2.0, "doubled", "twice the right value: is something counted twice, or a half angle or half width taken whole"),
-    (0.5, "halved", "half of the right value: is something halved twice, or a whole angle or width taken half"),
+    (2.0, "doubled", "twice the right value: is something counted twice, or a half angle or half width taken whole?"),
+    (0.5, "halved", "half of the right value: is something halved twice, or a whole angle or width taken half?"),
     (180 / np.pi, "degrees for radians", "degrees where radians are asked"),
     (np.pi / 180, "radians for degrees", "radians where degrees are asked"),
     (-1.0, "the sign", "the right value with the other sign: look at what is subtracted from what"),
@@ -100,7 +100,7 @@ def _numeric(truth: np.ndarray) -> Iterator[Slip]:
         yield Slip(name, words, lambda t, f=factor: t * f)
     for step, name in ((1.0, "one too many"), (-1.0, "one too few"), (0.5, "half too many"), (-0.5, "half too few")):
         size = "1" if abs(step) == 1 else "a half"
-        words = f"{size} {'more' if step > 0 else 'less'} than right: is something counted from 1, or from an edge"
+        words = f"{size} {'more' if step > 0 else 'less'} than right: is something counted from 1, or from an edge?"
         yield Slip(name, words, lambda t, s=step: t + s)
     for cut, name, words in WHOLE:
         yield Slip(name, words, lambda t, c=cut: c(t))
@@ -121,7 +121,7 @@ def _of_mask() -> Iterator[Slip]:
 def _of_list(truth: np.ndarray) -> Iterator[Slip]:
     if truth.ndim == 0 or truth.shape[0] < 3:
         return
-    yield Slip("the first left out", "the first one left out: does a loop or a slice begin at 1", lambda t: t[1:])
+    yield Slip("the first left out", "the first one left out: does a loop or a slice begin at 1?", lambda t: t[1:])
     yield Slip("the last left out", "the last one left out: a slice or a range ends before its end", lambda t: t[:-1])
     yield Slip("the first twice", "the first one twice", lambda t: np.concatenate([t[:1], t]))
     yield Slip("the last twice", "the last one twice", lambda t: np.concatenate([t, t[-1:]]))
@@ -169,7 +169,7 @@ def _of_motion() -> Iterator[Slip]:
 
 
 def _of_components(count: int, axes: str) -> Iterator[Slip]:
-    names = axes[:count] if len(axes) >= count else [f"number {i}" for i in range(count)]
+    names = axes[:count] if len(axes) >= count else ["the first", "the second", "the third", "the fourth"][:count]
     for i in range(count):
         sign = np.ones(count)
         sign[i] = -1

@@ -17,6 +17,10 @@ _STEPS = {
 }
 
 
+COUNTED = {"rows": "row", "tries": "try", "points": "point", "cells": "cell", "words": "word", "pixels": "pixel"}
+"""Units of things that are counted, with the word for one."""
+
+
 def quantity(value: float, unit: str = "", digits: int = 3) -> str:
     """A number with its unit as people say it: 0.153 m is "153 mm", 0.1 rad "5.73°"."""
     if unit in ("rad", "deg"):
@@ -32,6 +36,8 @@ def quantity(value: float, unit: str = "", digits: int = 3) -> str:
         text = text.rstrip("0").rstrip(".") if "." in text else text
     else:
         text = f"{value:.{digits - 1}e}"
+    if abs(value) == 1:
+        unit = COUNTED.get(unit, unit)
     return text + (unit if unit in ("°", "%") else f" {unit}" if unit else "")
 
 
@@ -43,10 +49,11 @@ def refuse(message: str, tolerance: float = 0.0, unit: str = "", axis: str = "")
 def measured(error: float, tolerance: float, unit: str, axis: str, place: str) -> Verdict:
     passed = error <= tolerance
     where = f" at worst ({place})" if place else ""
-    allowed = f"; {quantity(tolerance, unit)} is allowed"
+    allowed = f"; {'none' if unit in COUNTED and tolerance < 1 else quantity(tolerance, unit)} is allowed"
     message = f"{is_(axis)} off by {quantity(error, unit)}{where}{allowed}."
     if passed:
-        message = f"{is_(axis)} within {quantity(tolerance, unit)}."
+        exact = unit in COUNTED and tolerance < 1
+        message = f"{is_(axis)} right." if exact else f"{is_(axis)} within {quantity(tolerance, unit)}."
     return Verdict(passed, error, tolerance, unit, axis, message)
 
 

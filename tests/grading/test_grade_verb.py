@@ -93,6 +93,7 @@ def test_one_worker_grades_as_expected(expected):
 
 
 @pytest.mark.slow
+@pytest.mark.thorough  # those that are killed below are two workers as well
 def test_two_workers_give_the_same(submitted, expected, tmp_path):
     assert grade(submitted, tmp_path, "--workers", "2").returncode == 1
     again = grades(tmp_path)
@@ -102,9 +103,12 @@ def test_two_workers_give_the_same(submitted, expected, tmp_path):
 
 @pytest.mark.slow
 def test_killed_again_and_again_it_loses_and_doubles_nothing(submitted, expected, tmp_path):
-    """Killed while it starts, and in the middle of submissions, at moments drawn from a fixed seed; then resumed."""
+    """Killed while it starts, and in the middle of submissions, at moments drawn from a fixed seed; then resumed.
+
+    All its grades come from two workers, and are those that one gave.
+    """
     rng = random.Random(20)
-    moments = [("start", rng.uniform(0.3, 2.5)) for _ in range(KILLS - KILLS_AT_WORK)]
+    moments = [("start", rng.uniform(0.3, 1.5)) for _ in range(KILLS - KILLS_AT_WORK)]
     moments += [("work", rng.uniform(0, 0.4)) for _ in range(KILLS_AT_WORK)]
     rng.shuffle(moments)
     out, kept, met_at_work = tmp_path / "0", 0, 0

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import base64
 import pickle
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
 from grading_helpers import graded, need_sandbox, submission, task
 
+from course_lib import tasks
+from course_lib.grading.records import TaskRecord
 from course_lib.grading.run import nbval_items
 from course_lib.grading.run.inside.course_probe import MIME
+from course_lib.tasks.core import Task
 
 pytestmark = pytest.mark.slow
 
@@ -58,7 +62,7 @@ FORGED = {
         "send({MIME: {**data[MIME], 'answers': [{**a, 'answer': '%%%'} for a in data[MIME]['answers']]}})",
         "forged",
     ),
-    "silence": ("pass", "no answer"),
+    "silence": ("None", "no answer"),
     "bytes that are cut": (
         "send({MIME: {**data[MIME], 'answers': [{**a, 'answer': a['answer'][:40]} for a in data[MIME]['answers']]}})",
         "forged",
@@ -71,11 +75,40 @@ def _sandbox() -> None:
     need_sandbox()
 
 
+def several(answer_of: Callable[[str, Task], str], kinds: Sequence[str], before: str = "") -> dict[str, TaskRecord]:
+    """What each kind of answer gets, as the answer to one of the first tasks of lab 02: four share a notebook.
+
+    Parameters
+    ----------
+    answer_of : the source of a task's cell.
+    before : comes before it in the first cell of each notebook, with KINDS for the kinds in it.
+    """
+    got = {}
+    for start in range(0, len(kinds), len(FOUR)):
+        shared = dict(zip(FOUR, kinds[start:], strict=False))
+        answers = {number: answer_of(kind, tasks.get(f"02-{number}")) for number, kind in shared.items()}
+        answers[FOUR[0]] = before.replace("KINDS", repr(list(shared.values()))) + answers[FOUR[0]]
+        record = graded("02", submission("02", answers))
+        got |= {kind: task(record, number) for number, kind in shared.items()}
+    return got
+
+
+FOUR = (1, 2, 3, 5)
+
+
+@pytest.fixture(scope="module")
+def forged() -> dict[str, TaskRecord]:
+    """What each forged answer got; the forging takes its turn with each task that is asked."""
+    need_sandbox()
+    ways = "".join(f"{kind!r}: lambda data: {code}," for kind, (code, _) in FORGED.items())
+    patch = PATCH.replace("FORGE", "ways[turns.pop(0)](data)") + f"ways = {{{ways}}}\nturns = KINDS\n"
+    return several(lambda kind, one: f"def {one.function}(*given):\n    return [-1.0] * 99\n", sorted(FORGED), patch)
+
+
 @pytest.mark.parametrize("kind", sorted(FORGED))
-def test_forged_answers_earn_nothing_and_say_why(kind):
-    code, reason = FORGED[kind]
-    one = task(graded("00", forging(code)), 1)
-    assert (one["points"], one["reason"]) == (0.0, reason), one["error"]
+def test_forged_answers_earn_nothing_and_say_why(kind, forged):
+    one = forged[kind]
+    assert (one["points"], one["reason"]) == (0.0, FORGED[kind][1]), one["error"]
 
 
 def test_doubled(monkeypatch):
@@ -134,11 +167,18 @@ def test_pickled(tmp_path):
     assert mark.exists()  # the control
 
 
-@pytest.mark.parametrize(
-    "value", ["np.nan", "np.inf", "depth_mm * np.nan", "None", "'1.5'", "object()", "1j", "[[[[[[[[1]]]]]]]]"]
-)
-def test_not_finite_or_not_plain(value):
-    one = task(graded("00", submission("00", {1: f"def metres(depth_mm):\n    return {value}\n"})), 1)
+NOT_NUMBERS = ["np.nan", "np.inf", "np.full(4, np.nan)", "None", "'1.5'", "object()", "1j", "[[[[[[[[1]]]]]]]]"]
+
+
+@pytest.fixture(scope="module")
+def not_numbers() -> dict[str, TaskRecord]:
+    need_sandbox()
+    return several(lambda value, one: f"def {one.function}(*given):\n    return {value}\n", NOT_NUMBERS)
+
+
+@pytest.mark.parametrize("value", NOT_NUMBERS)
+def test_not_finite_or_not_plain(value, not_numbers):
+    one = not_numbers[value]
     assert one["points"] == 0 and one["error"], value
     error = abs(np.nan - 1.5)
     assert not error > 0.01  # the control: a judge that asks whether the error is too large believes NaN

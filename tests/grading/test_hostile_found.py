@@ -15,7 +15,6 @@ import os
 import re
 import resource
 import shutil
-import socket
 import struct
 import subprocess
 import sys
@@ -366,12 +365,12 @@ def test_time_for_the_whole_submission_is_one(monkeypatch):
             2: head + "def read_points(*given):\n    pass\n",
         },
     )
-    asked = job("02", data, total_seconds=2.0, start_seconds=2.0)
-    monkeypatch.setattr(worker, "SLACK_SECONDS", 0.5)
-    whole = job("02", data, total_seconds=2.0, start_seconds=20.0)
+    asked = job("02", data, total_seconds=1.5, start_seconds=1.5)
+    monkeypatch.setattr(worker, "SLACK_SECONDS", 0.2)
+    whole = job("02", data, total_seconds=1.5, start_seconds=20.0)
     record = worker.grade_apart(whole)
     assert record["status"] == "graded" and [one["reason"] for one in record["tasks"][:2]] == ["timeout"] * 2
-    assert "total_seconds = 2" in task(record, 2)["error"]
+    assert "total_seconds = 1.5" in task(record, 2)["error"]
     weaken(monkeypatch, nbval_items.Run, "end_kernel", ("self.left - self.kernel.age()", "self.left"))
     assert worker.grade_apart(asked)["status"] == "infrastructure"  # the control
 
@@ -419,7 +418,7 @@ def test_a_text_that_never_ends_is_read_once():
     ours = "from course_lib.grading.intake.untrusted_notebook import _depth\n" + begin + "assert _depth(text) == 1"
     assert seconds_of_processor(ours, 20) == 0
     usual = "import re\n" + begin + r"""list(re.finditer(r'"(?:[^"\\]|\\.)*"|[\[{]|[\]}]', text, re.S))"""
-    assert seconds_of_processor(usual, 2) != 0  # the control: begun anew at each of the quotes
+    assert seconds_of_processor(usual, 1) != 0  # the control: begun anew at each of the quotes
 
 
 @pytest.mark.parametrize(
@@ -568,18 +567,6 @@ def test_a_source_without_end_does_not_stop_the_report():
 
 
 # What was tried and did not succeed, with what it would have found outside
-
-
-def test_sockets_without_a_file_are_out_of_reach():
-    need_sandbox()
-    name = f"\0course-test-{os.getpid()}"
-    with socket.socket(socket.AF_UNIX) as server:
-        server.bind(name)
-        server.listen(2)
-        code = f"socket.socket(socket.AF_UNIX).connect({name!r})"
-        one = task(graded("00", answer(code)), 1)
-        assert one["reason"] == "raised" and "refused" in one["error"], one["error"]
-        assert task(graded("00", answer(code), sandbox="none"), 1)["points"] == 1  # the control
 
 
 def test_nothing_of_the_grader_is_inherited(tmp_path, monkeypatch):

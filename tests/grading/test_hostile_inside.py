@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from grading_helpers import ROOT, exercise, graded, need_sandbox, submission, task
 from how_thorough import some
-from naive import naive_green
+from naive import green, run_nbval_on_each
 
 from course_lib import tasks
 
@@ -106,14 +106,26 @@ def test_attack_gains_nothing(kind):
     assert one["reason"] in ("wrong", "raised", "no answer", "no function", "refused", "forged", "timeout", "died")
 
 
-@pytest.mark.parametrize("kind", some(sorted(ATTACKS), 3))
-def test_control_it_gains_the_point_where_the_verdict_is_reached_inside(kind, tmp_path):
-    assert naive_green(tmp_path, _submitted(kind)), f"{kind} is no real attack"
+TRIED_NAIVELY = some(sorted(ATTACKS), 3)
 
 
-def test_control_a_wrong_answer_alone_is_not_green(tmp_path):
-    assert not naive_green(tmp_path / "wrong", submission("00", {1: WRONG}))
-    assert naive_green(tmp_path / "right", submission("00", {1: RIGHT}))
+@pytest.fixture(scope="module")
+def naively(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, str]]:
+    """What the usual grader makes of attacks, of a wrong answer and of a right one: one run, with a kernel for each."""
+    given = {kind: _submitted(kind) for kind in TRIED_NAIVELY}
+    given |= {"wrong": submission("00", {1: WRONG}), "right": submission("00", {1: RIGHT})}
+    given |= {"deleted": _without_checks(), "kernelspec": _with_a_kernelspec()}
+    return run_nbval_on_each(tmp_path_factory.mktemp("naive"), given)
+
+
+@pytest.mark.parametrize("kind", TRIED_NAIVELY)
+def test_control_it_gains_the_point_where_the_verdict_is_reached_inside(kind, naively):
+    assert green(naively[kind]), f"{kind} is no real attack"
+
+
+def test_control_a_wrong_answer_alone_is_not_green(naively):
+    assert not green(naively["wrong"])
+    assert green(naively["right"])
 
 
 def believed(task_id: str, source: str, monkeypatch) -> bool:
@@ -179,26 +191,32 @@ def test_patched_numpy():
         np.allclose, np.abs = np._core.numeric.allclose, np._core.umath.absolute
 
 
-def test_deleted_checks_and_edited_points_change_nothing(tmp_path):
+def _without_checks() -> bytes:
     nb = exercise("00")
     nb.cells = [cell for cell in nb.cells if "check" not in cell.metadata.get("tags", [])]
     for cell in nb.cells:
         cell.source = cell.source.replace("(1 point)", "(100 points)")
     wrong = nbformat.from_dict(nb)
     next(cell for cell in wrong.cells if cell.id == "task-1").source = WRONG
-    data = nbformat.writes(wrong).encode()
-    record = graded("00", data)
+    return nbformat.writes(wrong).encode()
+
+
+def test_deleted_checks_and_edited_points_change_nothing(naively):
+    record = graded("00", _without_checks())
     assert (record["points"], record["max"]) == (0.0, 1)
     assert "cells gone" in [notice["code"] for notice in record["notices"]]
-    assert naive_green(tmp_path, data)  # the control
+    assert green(naively["deleted"])  # the control
 
 
-def test_a_kernelspec_of_their_own_is_not_started(tmp_path):
+def _with_a_kernelspec() -> bytes:
     nb = nbformat.reads(submission("00", {1: RIGHT}).decode(), 4)
     nb.metadata["kernelspec"] = {"name": "no-such-kernel", "display_name": "x", "language": "bash"}
-    data = nbformat.writes(nb).encode()
-    assert graded("00", data)["points"] == 1
-    assert not naive_green(tmp_path, data)  # the control: nbval starts, or fails to start, what the notebook names
+    return nbformat.writes(nb).encode()
+
+
+def test_a_kernelspec_of_their_own_is_not_started(naively):
+    assert graded("00", _with_a_kernelspec())["points"] == 1
+    assert not green(naively["kernelspec"])  # the control: nbval starts, or fails to start, what the notebook names
 
 
 def test_answers_from_the_file_system(tmp_path):

@@ -6,12 +6,11 @@ After each nothing is left, no process and no file; whoever is graded next by th
 from __future__ import annotations
 
 import os
-import socket
-import threading
+import time
 
 import psutil
 import pytest
-from grading_helpers import graded, job, need_sandbox, submission, task
+from grading_helpers import alive_after, graded, job, need_sandbox, submission, task
 from how_thorough import some
 
 from course_lib.grading.run import pool
@@ -51,7 +50,7 @@ def _marked() -> list[psutil.Process]:
 
 
 LOOP = """
-end = time.monotonic() + 6
+end = vars(time).setdefault('end', time.monotonic() + 4)  # once, not in each case
 while time.monotonic() < end:
     try:
         while time.monotonic() < end:
@@ -95,7 +94,7 @@ if full:
     raise MemoryError('the disk is full')
 """
 LIMITED = {
-    "a loop that ignores interrupts": (LOOP, "timeout", {"task_seconds": 2.0}, {"task_seconds": 20.0}),
+    "a loop that ignores interrupts": (LOOP, "timeout", {"task_seconds": 1.0}, {"task_seconds": 20.0}),
     "endless output": (PRINTS, "output", {"output_mb": 2.0}, {"output_mb": 40.0}),
     "memory": (MEMORY, "memory", {"memory_mb": 400.0}, {"memory_mb": 2000.0, "task_seconds": 20.0}),
     "forks": (
@@ -134,16 +133,11 @@ def test_200_mb_at_once():
     assert task(graded("00", answer(code.replace("200_000_000", "20"))), 1)["points"] == 1  # small, it is harmless
 
 
-def test_it_ends_its_kernel():
-    one = task(graded("00", answer("os._exit(0)")), 1)
-    assert (one["points"], one["reason"]) == (0.0, "died")
-
-
 @pytest.mark.parametrize("sandbox", ["bwrap", "none"])
 def test_it_kills_its_parent(sandbox):
     records = {}
     honest = job("00", submission("00", solved=True))
-    attack = job("00", answer("os.kill(os.getppid(), signal.SIGKILL)\ntime.sleep(1)"), sandbox=sandbox)
+    attack = job("00", answer("os.kill(os.getppid(), signal.SIGKILL)\ntime.sleep(0.2)"), sandbox=sandbox)
     pool.grade_jobs([attack, honest], 1, records.__setitem__)
     assert records[1]["points"] == 1
     if sandbox == "bwrap":
@@ -165,42 +159,13 @@ if os.fork() == 0:
 """
     assert task(graded("00", answer(code)), 1)["points"] == 1  # it does no harm inside, and the fixture looks outside
     graded("00", answer(code), sandbox="none")
-    left = _marked()
+    end = time.monotonic() + 5
+    while not (left := _marked()) and time.monotonic() < end:  # a fork becomes the marked program a moment later
+        time.sleep(0.05)
     assert left  # the control: without the sandbox it lives on
     for process in left:
         process.kill()
-        process.wait(5)
-
-
-def test_the_network_is_not_there():
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        server.settimeout(0.2)
-        port = server.getsockname()[1]
-        came = []
-
-        def listen() -> None:
-            while len(came) < 1 and not ended.is_set():
-                try:
-                    came.append(server.accept())
-                except TimeoutError:
-                    continue
-
-        ended = threading.Event()
-        thread = threading.Thread(target=listen)
-        thread.start()
-        try:
-            code = f"socket.create_connection(('127.0.0.1', {port}), 1).close()"
-            one = task(graded("00", answer(code)), 1)
-            assert (one["reason"], came) == ("raised", [])
-            assert "refused" in one["error"] or "unreachable" in one["error"], one["error"]
-            assert task(graded("00", answer(code), sandbox="none"), 1)["points"] == 1
-            thread.join(5)
-            assert len(came) == 1  # the control
-        finally:
-            ended.set()
-            thread.join(5)
-            for connection, _ in came:
-                connection.close()
+    assert not alive_after(left)
 
 
 def test_files_of_others_cannot_be_read_or_written(tmp_path):
@@ -220,21 +185,7 @@ def test_processes_of_others_cannot_be_seen():
     assert task(graded("00", answer(code), sandbox="none"), 1)["points"] == 1  # the control
 
 
-def test_files_among_the_sockets():
-    code = """
-mounts = [line.split()[4] for line in open('/proc/self/mountinfo')]
-place = [mount for mount in mounts if mount.endswith(('/s0', '/s1'))][0]
-for i in range(30):
-    open(os.path.join(place, f'f{i}'), 'w').close()
-time.sleep(1)
-"""
-    one = task(graded("00", answer(code)), 1)
-    assert (one["points"], one["reason"]) == (0.0, "files"), one["error"]
-
-
 def test_files_beside_a_notebook_do_not_run_in_the_grader(tmp_path):
-    from naive import run_nbval
-
     from course_lib.grading.intake.intake import IntakeLimits, read_class
 
     mark = tmp_path / "ran"
@@ -250,11 +201,7 @@ def test_files_beside_a_notebook_do_not_run_in_the_grader(tmp_path):
     assert [(one.student, one.lab, one.code) for one in found] == [("mallory", "00", "")]
     records = {}
     pool.grade_jobs([job("00", data)], 1, records.__setitem__)
-    assert records[0]["points"] == 1 and not mark.exists()
-    for name in ("sitecustomize.py", "numpy.py", "nbformat.py", "course_lib.py", "pytest.ini"):
-        (folder / name).unlink()
-    run_nbval(folder, data)
-    assert mark.exists()  # the control: plain nbval in that folder runs its conftest
+    assert records[0]["points"] == 1 and not mark.exists()  # the control is in test_hostile_outside: nbval runs them
 
 
 def test_the_kernel_dies_twice():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 
@@ -10,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 from grading_helpers import graded, need_sandbox, submission, task
 from jupyter_client import KernelManager
-from naive import naive_green, run_nbval
+from naive import NO_OTHER_PLUGINS, PLAIN_NBVAL, green, run_nbval, run_nbval_on_each
 
 from course_lib.grading.ledger.ledger import Ledger
 from course_lib.grading.verbs import grade
@@ -29,8 +30,8 @@ def _sandbox() -> None:
     need_sandbox()
 
 
-def nothing_gained(data: bytes) -> dict:
-    record = graded("00", data)
+def nothing_gained(data: bytes, **limits: float) -> dict:
+    record = graded("00", data, **limits)
     one = task(record, 1)
     assert record["status"] == "graded" and one["points"] == 0 and one["reason"], one
     return one
@@ -48,8 +49,9 @@ os.kill(os.getpid(), signal.SIGKILL)
 """
     for data in (submission("00", {1: WRONG + attack}), submission("00", {1: attack + WRONG})):
         nothing_gained(data)
-    assert naive_green(tmp_path / "naive", data)  # the control
-    assert set(run_nbval(tmp_path / "names", data)) == {"lab::Cell 0", "lab::Cell 1"}  # what it read was forged
+    told = run_nbval(tmp_path, data)
+    assert green(told)  # the control
+    assert set(told) == {"lab::Cell 0", "lab::Cell 1"}  # what it read was forged
 
 
 def test_a_kernel_that_ends_itself_is_noticed_at_once(monkeypatch):
@@ -57,7 +59,7 @@ def test_a_kernel_that_ends_itself_is_noticed_at_once(monkeypatch):
     assert nothing_gained(submission("00", {1: source}))["reason"] == "died"
     # the control: who does not look whether the kernel lives waits until the time is up
     monkeypatch.setattr(KernelManager, "is_alive", lambda self: True)
-    assert nothing_gained(submission("00", {1: source}))["reason"] == "timeout"
+    assert nothing_gained(submission("00", {1: source}), task_seconds=1.0)["reason"] == "timeout"
 
 
 def test_the_ledger_cannot_be_reached(tmp_path):
@@ -128,12 +130,23 @@ def points_edited(nb):
     nb.cells.pop(place(nb, "check-1"))
 
 
-@pytest.mark.parametrize("change", [retyped, raw, doubled, reordered, points_edited], ids=lambda c: c.__name__)
-def test_cells_changed_around_a_wrong_answer(change, tmp_path):
-    data = rewritten(change)
-    assert nothing_gained(data)["reason"] == "wrong"
-    assert graded("00", data)["max"] == 1
-    assert naive_green(tmp_path, data)  # the control: green where the notebook itself is run
+CHANGES = [retyped, raw, doubled, reordered, points_edited]
+
+
+@pytest.fixture(scope="module")
+def naively(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, str]]:
+    """What the usual grader makes of each changed notebook: one run, with a kernel for each."""
+    return run_nbval_on_each(
+        tmp_path_factory.mktemp("naive"), {change.__name__: rewritten(change) for change in CHANGES}
+    )
+
+
+@pytest.mark.parametrize("change", CHANGES, ids=lambda c: c.__name__)
+def test_cells_changed_around_a_wrong_answer(change, naively):
+    record = graded("00", rewritten(change))
+    one = task(record, 1)
+    assert (record["status"], one["points"], one["reason"], record["max"]) == ("graded", 0, "wrong", 1), one
+    assert green(naively[change.__name__])  # the control: green where the notebook itself is run
 
 
 def test_a_task_cell_that_is_a_text_now_is_no_answer():
@@ -159,10 +172,9 @@ def test_one_malformed_file_does_not_stop_the_class(tmp_path):
     assert {student: record["points"] for student, record in found.items()} == {"ann": 1, "mallory": 0, "zoe": 1}
     assert found["mallory"]["status"] == "unreadable" and found["mallory"]["notices"][0]["code"] == "cut off"
     # the control: nbval over the same folder stops at that file and grades nobody
-    words = ["-m", "pytest", "--nbval-lax", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", str(folder)]
-    run = subprocess.run(
-        [sys.executable, *words], cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False
-    )
+    words = [sys.executable, *PLAIN_NBVAL, str(folder)]
+    environment = {**os.environ, **NO_OTHER_PLUGINS}
+    run = subprocess.run(words, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120, check=False)
     assert run.returncode == 2 and "passed" not in run.stdout
 
 

@@ -10,13 +10,14 @@ import socket
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
 
 import nbformat
 import numpy as np
 import pytest
 from grading_helpers import ROOT, graded, need_sandbox, submission, task
-from naive import run_nbval
+from naive import NO_OTHER_PLUGINS, PLAIN_NBVAL, run_nbval
 from test_hostile_answers import PATCH, WRONG, forging
 from test_hostile_limits import answer
 
@@ -58,6 +59,13 @@ class OpenGrader:
             with connection:
                 self.points += int(connection.recv(100).decode().removeprefix("points "))
 
+    def believed(self, points: int) -> bool:
+        """Whether it has given so many, or does so within ten seconds."""
+        end = time.monotonic() + 10
+        while self.points < points and time.monotonic() < end:
+            time.sleep(0.01)
+        return self.points >= points
+
     def __enter__(self) -> OpenGrader:
         self.thread.start()
         return self
@@ -80,11 +88,12 @@ def test_a_grader_on_this_machine_is_not_reached(way):
         address = open_grader.server.getsockname()
         family = "AF_INET" if way == "over loopback" else "AF_UNIX"
         code = f"place = socket.socket(socket.{family})\nplace.settimeout(2)\nplace.connect({address!r})\n"
-        code += "place.sendall(b'points 100')\nplace.close()\ntime.sleep(0.5)"
+        code += "place.sendall(b'points 100')\nplace.close()"
         record = task(graded("00", answer(code)), 1)
         assert (record["points"], record["reason"], open_grader.points) == (0.0, "raised", 0), record["error"]
+        assert "refused" in record["error"] or "unreachable" in record["error"], record["error"]
         assert task(graded("00", answer(code), sandbox="none"), 1)["points"] == 1
-        assert open_grader.points >= 100  # the control: without the sandbox it gave itself points
+        assert open_grader.believed(100)  # the control: without the sandbox it gave itself points
 
 
 def test_a_kernelspec_that_runs_a_program(tmp_path, monkeypatch):
@@ -92,17 +101,14 @@ def test_a_kernelspec_that_runs_a_program(tmp_path, monkeypatch):
     mark = tmp_path / "ran"
     place = tmp_path / "jupyter" / "kernels" / "evil"
     place.mkdir(parents=True)
-    program = [sys.executable, "-c", f"open({str(mark)!r}, 'w')", "{connection_file}"]
+    program = [sys.executable, "-I", "-S", "-c", f"open({str(mark)!r}, 'w')", "{connection_file}"]
     (place / "kernel.json").write_text(json.dumps({"argv": program, "display_name": "e", "language": "python"}))
     monkeypatch.setenv("JUPYTER_PATH", str(tmp_path / "jupyter"))
     nb = nbformat.reads(submission("00", {1: RIGHT}).decode(), 4)
     nb.metadata["kernelspec"] = {"name": "evil", "display_name": "e", "language": "python"}
     data = nbformat.writes(nb).encode()
     assert graded("00", data)["points"] == 1 and not mark.exists()
-    words = ["-m", "pytest", "--nbval-lax", "-q", "-p", "no:cacheprovider", "-p", "no:xdist"]
-    words += ["--nbval-kernel-startup-timeout", "3", "lab.ipynb"]
-    (tmp_path / "lab.ipynb").write_bytes(data)
-    subprocess.run([sys.executable, *words], cwd=tmp_path, capture_output=True, timeout=120, check=False)
+    run_nbval(tmp_path, data, "--nbval-kernel-startup-timeout", "1")  # for its first sign, and none comes
     assert mark.exists()  # the control: plain nbval starts what the notebook names
 
 
@@ -129,7 +135,7 @@ def test_files_beside_notebooks_run_nowhere_even_if_grading_starts_there(tmp_pat
     command = [sys.executable, "-P", "-m", "course_lib.cli", "grade", ".", "--workers", "1"]
 
     def there(words: list[str], path: str) -> str:
-        environment = {**os.environ, "PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1"}
+        environment = {**os.environ, "PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1", **NO_OTHER_PLUGINS}
         done = subprocess.run(
             words, cwd=folder, env=environment, capture_output=True, text=True, timeout=300, check=False
         )
@@ -140,7 +146,7 @@ def test_files_beside_notebooks_run_nowhere_even_if_grading_starts_there(tmp_pat
         points = [ledger.newest(entry)["points"] for entry in ledger.entries() if entry.named == "ann"]
     assert points == [1.0] and list(marks.iterdir()) == [], said
     # the control: plain nbval there, with the folder on the path, as a Makefile may have it for the kernel
-    words = ["-m", "pytest", "--nbval-lax", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", f"ann_{NAME}"]
+    words = [*PLAIN_NBVAL, f"ann_{NAME}"]
     there([sys.executable, *words], f"{ROOT}:{folder}")
     (folder / "nbformat.py").unlink(missing_ok=True)  # which has ended that run
     there([sys.executable, *words], f"{ROOT}:{folder}")
@@ -155,9 +161,10 @@ mounts = [line.split()[4] for line in open('/proc/self/mountinfo')]
 place = [mount for mount in mounts if mount.endswith(('/s0', '/s1'))][0]
 for i in range(30):
     open(os.path.join(place, f'f{i}'), 'w').close()
-time.sleep(1)
+time.sleep(max(0, vars(time).setdefault('end', time.monotonic() + 1) - time.monotonic()))  # once, not in each case
 """
-    assert task(graded("00", answer(code)), 1)["reason"] == "files"
+    one = task(graded("00", answer(code)), 1)
+    assert (one["points"], one["reason"]) == (0.0, "files"), one["error"]
     monkeypatch.setattr(watchdog, "SOCKETS", 1000)
     assert task(graded("00", answer(code)), 1)["points"] == 1  # the control
 
@@ -231,7 +238,8 @@ def test_an_answer_that_is_not_a_number(value, monkeypatch):
 
     monkeypatch.setattr(lab_00, "TASKS", (dataclasses.replace(lab_00.TASKS[0], judge=careless, version=2),))
     assert task(graded("00", data), 1)["points"] == 1
-    assert task(graded("00", submission("00", {1: WRONG})), 1)["points"] == 0
+    if value == "np.nan":  # once: it is careless with NaN only
+        assert task(graded("00", submission("00", {1: WRONG})), 1)["points"] == 0
 
 
 SCRIPT = "<script>alert(1)</script>"
@@ -296,8 +304,8 @@ def test_limits_on_time_are_named():
     slow = "import time\ntime.sleep(30)\n" + RIGHT
     record = task(graded("00", submission("00", {1: slow}), cell_seconds=1.0), 1)
     assert record["reason"] == "timeout" and "cell_seconds = 1" in record["error"]
-    record = task(graded("00", submission("00", {1: slow}), cell_seconds=30.0, total_seconds=4.0), 1)
-    assert record["reason"] == "timeout" and "total_seconds = 4" in record["error"]
+    record = task(graded("00", submission("00", {1: slow}), cell_seconds=30.0, total_seconds=2.0), 1)
+    assert record["reason"] == "timeout" and "total_seconds = 2" in record["error"]
 
 
 def test_another_submission_that_is_graded_now_is_not_seen(tmp_path):
@@ -317,11 +325,11 @@ def test_another_submission_that_is_graded_now_is_not_seen(tmp_path):
 
 def test_plain_nbval_with_strict_checks_is_enough_for_a_notebook_that_is_trusted(tmp_path):
     """`COURSE_STRICT=1 pytest --nbval-lax exercises/NN.ipynb`, as the instructor's page says it."""
-    words = [sys.executable, "-m", "pytest", "--nbval-lax", "-q", "-p", "no:cacheprovider", f"exercises/{NAME}"]
-    environment = {**os.environ, "COURSE_STRICT": "1"}
+    words = [sys.executable, *PLAIN_NBVAL, f"exercises/{NAME}"]
+    environment = {**os.environ, "COURSE_STRICT": "1", **NO_OTHER_PLUGINS}
     done = subprocess.run(words, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 1 and "NotImplementedError" in done.stdout, done.stdout[-2000:]
-    nb = nbformat.reads(submission("03", solved=True).decode(), 4)
+    nb = nbformat.reads(submission("04", solved=True).decode(), 4)
     for number, cell in enumerate(cell for cell in nb.cells if cell.cell_type == "code"):
         cell.execution_count = number + 1  # as JupyterLab saves a notebook that was run
     solved = run_nbval(tmp_path, nbformat.writes(nb).encode())

@@ -82,7 +82,7 @@ def write_class(folder: Path) -> Path:
         f'timezone = "Europe/Berlin"\ncounts = "last"\n\n[due]\n"{LAB}" = {due}\n\n[[steps]]\nhours = 0\nkeep = 80\n'
     )
     (folder / "late.toml").write_text(policy, encoding="utf-8")
-    limits = "task_seconds = 10  # one student's loop never ends: nobody who tries this shall wait long\n"
+    limits = "task_seconds = 4  # one student's loop never ends: nobody who tries this shall wait long\n"
     (folder / "limits.toml").write_text(limits, encoding="utf-8")
     return download
 

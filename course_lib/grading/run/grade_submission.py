@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import dataclasses
 import tempfile
 import time
 import traceback
 from collections.abc import Callable
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict
 
 from course_lib import tasks
+from course_lib.authoring.tree import CourseError
 from course_lib.grading.intake.intake import IntakeLimits, Unreadable, notebook_of
 from course_lib.grading.records import FORMAT, Notice, Record, TaskRecord
 from course_lib.grading.release.rebuild import Answer, Rebuilt, older_release, rebuild
@@ -28,14 +31,7 @@ if TYPE_CHECKING:
     from .engine import Run
 
 __all__ = [
-    "Job",
-    "failed_record",
-    "grade_one",
-    "grader_version",
-    "held_by",
-    "load_data",
-    "prepare",
-    "unreadable_record",
+    *("Job", "failed_record", "grade_one", "grader_version", "held_by", "load_data", "prepare", "unreadable_record"),
 ]
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -251,8 +247,18 @@ def _judge(answer: Answer, cases: tuple[tasks.Case, ...], run: Run, refused: str
         if code == "no function" and task.id in run.raised:
             return _task_record(task, "raised", "raised", f"Its cell raised {run.raised[task.id]}.", answer)
         return _task_record(task, "no answer", code, sentence, answer)
-    result = tasks.judge_all(task, cases, run.outcomes[task.id])
+    result = tasks.judge_all(task, cases, run.outcomes[task.id], _right_function(task))
     return _of_result(result, answer, run.outcomes[task.id])
+
+
+@lru_cache(maxsize=64)
+def _right_function(task: tasks.Task) -> Callable[..., Any] | None:
+    """The course's own answer, by which slips of the inputs are known again; an instructor's task may have none."""
+    from course_lib.authoring import solutions
+
+    with contextlib.suppress(CourseError):
+        return solutions.right_function(task)
+    return None
 
 
 def _of_result(result: Result, answer: Answer, outcomes: list[tasks.Outcome]) -> TaskRecord:
@@ -260,7 +266,7 @@ def _of_result(result: Result, answer: Answer, outcomes: list[tasks.Outcome]) ->
     record = _task_record(result.task, result.status, reason, result.error, answer)
     record["points"] = result.points
     record["looks_like"] = result.looks_like
-    record["misconceptions"] = [m.name for m in result.recognised]
+    record["misconceptions"] = list(result.diagnosis.counted) if result.diagnosis else []
     record["told"] = result.told
     if result.task.kind == "explain" and outcomes[0].kind == "answer":
         record["text"] = str(outcomes[0].answer)[:MOST_SOURCE]

@@ -30,7 +30,7 @@ from course_lib.grading.run.watchdog import watch
 
 from .kernel_imports import Room
 from .limits import Limits
-from .sandbox import Held, bwrap_command, open_command
+from .sandbox import Held, bwrap_command, interpreter, open_command
 
 __all__ = ["Kernel", "Strike"]
 
@@ -97,8 +97,6 @@ class Kernel(RunningKernel):
     def _start(self, held: Held, room: Room, connection: Path, program: list[str]) -> None:
         specs = _OneKernel()
         if held.kind == "bwrap":
-            from .sandbox import interpreter
-
             words = [interpreter(), "-I", "-S", *program]
             specs.command = tuple(bwrap_command(held, room, self.limits, words, (self._closed, self._open)))
             environment = {"PATH": "/usr/bin:/bin"}
@@ -290,6 +288,8 @@ class Kernel(RunningKernel):
             return
         if hasattr(self, "process"):
             self._kill()
+            with contextlib.suppress(subprocess.TimeoutExpired):  # the manager looks only every tenth of a second
+                self.km.provisioner.process.wait(1)
         if hasattr(self, "kc"):
             self.kc.stop_channels()
         self.km.shutdown_kernel(now=True)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib.metadata
+import importlib.util
 import json
 import os
 import re
@@ -97,6 +98,7 @@ def build_room(folder: Path, tasks: Iterable[Task], limits: Limits) -> Room:
         if path.is_dir():
             (site / name).mkdir()
         else:
+            (site / name).parent.mkdir(exist_ok=True)
             (site / name).touch()
     settings = {
         "silent": [name for name in SILENT if name not in allowed],
@@ -197,4 +199,7 @@ def _mounts(distributions: set[str]) -> tuple[tuple[str, Path], ...]:
             need = Requirement(text)
             if need.marker is None or need.marker.evaluate({"extra": ""}):
                 waiting.append(need.name)
+    for path in [path for path in places.values() if path.suffix == ".py"]:  # else each kernel would compile it anew
+        compiled_file = Path(importlib.util.cache_from_source(str(path)))
+        places[f"{compiled_file.parent.name}/{compiled_file.name}"] = compiled_file
     return tuple(sorted((name, path) for name, path in places.items() if path.exists()))

@@ -43,6 +43,16 @@ def _reader(
     )
 
 
+def _one_by_one(start: str) -> str:
+    """A reader that goes from point to point; `start` is where the point of a row and column begins."""
+    return (
+        "def read_points(data, height, width, point_step, row_step, x_offset, big_endian):\n"
+        "    order, data = '>f4' if big_endian else '<f4', data.tobytes()\n"
+        f"    starts = [{start} for row in range(height) for column in range(width)]\n"
+        "    return np.array([np.frombuffer(data, order, 3, at) for at in starts], float)\n"
+    )
+
+
 READER_MISTAKES = (
     Misconception(
         "12 bytes a point",
@@ -51,6 +61,13 @@ READER_MISTAKES = (
             rows="data.reshape(height, row_step)[:, :width * 12].reshape(height * width, 12)",
             fields="rows[:, 0:12]",
         ),
+        variants=(_one_by_one("row * row_step + x_offset + 12 * column"),),
+    ),
+    Misconception(
+        "whole numbers for floats",
+        "the four bytes of a float read as a whole number: they are 32-bit floats, '<f4' or '>f4'",
+        _reader(order="'>i4' if big_endian else '<i4'"),
+        variants=(_reader(order="'>u4' if big_endian else '<u4'"),),
     ),
     Misconception(
         "offset forgotten",
@@ -81,6 +98,11 @@ BACK_MISTAKES = (
         "shift not turned back",
         "[Rᵀ, −t]: the shift was made in the world's directions, so it must be turned back too: −Rᵀ t",
         _BACK + "    back[:3, :3], back[:3, 3] = R.T, -t\n    return back\n",
+    ),
+    Misconception(
+        "shift not undone",
+        "[Rᵀ, t]: the turn is undone and the shift is still there: −Rᵀ t takes it back",
+        _BACK + "    back[:3, :3], back[:3, 3] = R.T, t\n    return back\n",
     ),
     Misconception(
         "turn not undone",

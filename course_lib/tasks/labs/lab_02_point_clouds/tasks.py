@@ -15,6 +15,7 @@ from course_lib.tasks.judges import (
     judge_band,
     judge_number,
     judge_transform,
+    quantity,
     refuse,
 )
 from course_lib.tasks.kinds import in_words, which_cause
@@ -210,7 +211,10 @@ def _judge_few(case: Case, answer: Plain) -> Verdict:
         return refuse(shaped.message, _FEW_BANDS[0][0], "m")
     rows = np.asarray(answer, int)
     if len(np.unique(rows)) < n or rows.min() < 0 or rows.max() >= len(points):
-        return refuse(f"The row numbers must be {n} different ones from 0 to {len(points) - 1}.", _FEW_BANDS[0][0], "m")
+        twice = n - len(np.unique(rows))
+        why = f" ({twice} stand there again: keep the distance to all that are chosen)" if twice else ""
+        words = f"The row numbers must be {n} different ones from 0 to {len(points) - 1}{why}."
+        return refuse(words, _FEW_BANDS[0][0], "m")
     return judge_band(coverage(points, rows), _FEW_BANDS, "m", what="the loneliest point's distance")
 
 
@@ -221,6 +225,25 @@ def _few_distance(case: Case, a: Plain, b: Plain) -> float:
     if any(rows.shape != (n,) or len(np.unique(rows)) < n for rows in (a, b)):
         return np.inf
     return float(np.setxor1d(a, b).size)
+
+
+def _how_spread(case: Case, answer: Plain) -> tuple[str, str] | None:
+    """How chosen points lie: in clumps, or as dense as the cloud."""
+    points, rows = np.asarray(case.given["points"]), np.asarray(answer, int)
+    apart = float(np.median(cKDTree(points[rows]).query(points[rows], 2)[0][:, 1]))
+    if coverage(points, rows) > 15 * apart:
+        return "in clumps", (
+            f"The chosen points lie in clumps: half of them have another within {quantity(apart, 'm')}. A new one must "
+            "be far from all that are chosen: keep for every point the smallest distance to any of them (np.minimum)."
+        )
+    spacing = cKDTree(points).query(points, 11)[0][:, -1]
+    rank = np.mean(np.searchsorted(np.sort(spacing), spacing[rows])) / len(points)
+    if abs(rank - 0.5) < 0.1:
+        return "as dense as the cloud", (
+            "The chosen points are many where the cloud has many and few where it has few, as when they are drawn at "
+            "random or every so-many-th is taken: let distances decide."
+        )
+    return None
 
 
 def _guess(rng: np.random.Generator) -> Callable[[np.ndarray, int], np.ndarray]:
@@ -245,6 +268,7 @@ _TASK_5 = Task(
     cases=_few_cases,
     judge=_judge_few,
     distance=_few_distance,
+    anatomy=_how_spread,
     guess=_guess,
     misconceptions=FEW_MISTAKES,
     where="lesson 02 gives only the cloud; the idea is in the three hints of task 5",

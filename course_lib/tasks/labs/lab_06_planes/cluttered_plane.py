@@ -9,7 +9,7 @@ import numpy as np
 
 from course_lib.tasks.core import Case, Misconception, Verdict
 from course_lib.tasks.judges import judge_band, refuse
-from course_lib.tasks.labs.lab_06_planes.plane_answers import apart, plane_problem, turned
+from course_lib.tasks.labs.lab_06_planes.plane_answers import apart, plane_problem, turned, which_part
 from course_lib.tasks.plain import Plain
 
 _THRESHOLD, _NOISE = 0.015, 0.005
@@ -51,9 +51,22 @@ def _why_off(case: Case, answer: Plain, score: float) -> str:
     if near < most:
         return (
             f"Only {near:,} points lie within the threshold of it, and {most:,} of the true one. Are there enough "
-            "samples? Has the normal length 1, and has the distance lost its sign, before you count?"
+            "samples? Is each judged by that count, and the best kept? Has the normal length 1, and has the distance "
+            "lost its sign, before you count?"
         )
     return ""
+
+
+def what_was_found(case: Case, answer: Plain) -> tuple[str, str]:
+    """Whether too few points agree with a plane, or which part of it is wrong where they do."""
+    points, threshold = case.given["points"], case.given["threshold"]
+    off, true = (np.abs(points @ plane[:3] + plane[3]) for plane in map(np.asarray, (answer, case.truth)))
+    middle = points[true <= threshold].mean(axis=0)
+    name, says = which_part(answer, case.truth, middle, threshold)
+    few = 2 * np.count_nonzero(off <= threshold) < np.count_nonzero(true <= threshold)
+    if few and name != "only d" and name != "another direction":
+        return "few inliers", "Another plane was taken than the one that most points agree with."
+    return name, says
 
 
 def guess_plane(rng: np.random.Generator) -> Callable[[np.ndarray, float], np.ndarray]:
@@ -72,6 +85,13 @@ _FIT = (
 
 
 FIND_MISTAKES = (
+    Misconception(
+        "n · p = 1 of all points",
+        "n · p = 1 solved for all points: all have their say; find out who belongs to the plane first",
+        "def find_plane(points, threshold):\n"
+        "    normal = np.linalg.lstsq(points, np.ones(len(points)), rcond=None)[0]\n"
+        "    return np.append(normal, -1.0) / np.linalg.norm(normal)\n",
+    ),
     Misconception(
         "fit to all points",
         "a fit to all points, in which the farthest weigh most: find out who belongs to the plane first",

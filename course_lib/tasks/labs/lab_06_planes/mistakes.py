@@ -45,6 +45,7 @@ TRIES_MISTAKES = (
         "tries on average",
         "the number of tries until the first good sample on average, without any confidence in it: use both logarithms",
         _wrong_tries(number="1 / good"),
+        variants=(_wrong_tries(number="1 / good", rounded="round"),),
     ),
     Misconception(
         "always three points",
@@ -71,70 +72,42 @@ TRIES_MISTAKES = (
         "the logarithm of the chance of a good sample: a sample is bad with probability 1 minus that",
         _wrong_tries(number="np.log(1 - confidence) / np.log(good)"),
     ),
-)
-
-
-def _wrong_fit(
-    scatter: str = "(points - middle).T @ (points - middle)",
-    pick: str = "vectors[:, 0]",
-    offset: str = "-normal @ middle",
-) -> str:
-    return (
-        "def fit_plane(points):\n"
-        "    middle = points.mean(axis=0)\n"
-        f"    values, vectors = np.linalg.eigh({scatter})\n"
-        f"    normal = {pick}\n"
-        f"    return np.append(normal, {offset})\n"
-    )
-
-
-_IN_Z = (
-    "def fit_plane(points):\n"
-    "    columns = np.column_stack([points[:, :2], np.ones(len(points))])\n"
-    "    a, b, c = np.linalg.lstsq(columns, points[:, 2], rcond=None)[0]\n"
-    "    return np.array([a, b, -1.0, c]) / np.sqrt(a * a + b * b + 1)\n"
-)
-
-FIT_MISTAKES = (
     Misconception(
-        "mean not subtracted",
-        "a scatter of points about the origin, which mostly says where they lie: subtract their mean first",
-        _wrong_fit("points.T @ points"),
-        variants=(_wrong_fit("points.T @ points", offset="0.0"),),
+        "power of the logarithm",
+        "the power taken of the logarithm: w to the power of the sample stands inside it, log(1 - w**sample)",
+        _wrong_tries(number="np.log(1 - confidence) / np.log(1 - inlier_share) ** sample"),
+        variants=(_wrong_tries(number="np.log(1 - confidence) / abs(np.log(1 - inlier_share)) ** sample"),),
     ),
     Misconception(
-        "largest eigenvector",
-        "the direction in which the points spread most, which lies in the plane: take the eigenvector of the smallest "
-        "eigenvalue",
-        _wrong_fit(pick="vectors[:, 2]"),
+        "power outside the bracket",
+        "(1 - w)**sample, a sample of outliers only: one bad point spoils a sample already, with chance 1 - w**sample",
+        _wrong_tries(number="np.log(1 - confidence) / np.log((1 - inlier_share) ** sample)"),
     ),
     Misconception(
-        "rows for columns",
-        "a row of the matrix of eigenvectors: eigh returns them as columns, vectors[:, 0]",
-        _wrong_fit(pick="vectors[0]"),
+        "times for power",
+        "w times the size of the sample: chances that must all come true are multiplied, w**sample",
+        _wrong_tries("inlier_share * sample", "np.log(1 - confidence) / np.log(abs(1 - good))"),
     ),
     Misconception(
-        "least squares in z",
-        "errors measured along z, not across the plane, so steep planes come out too flat: use the scatter matrix",
-        _IN_Z,
+        "logarithm of the quotient",
+        "the logarithm of a quotient, where the quotient of two logarithms is asked",
+        _wrong_tries(number="np.log((1 - confidence) / (1 - good))"),
+        variants=(_wrong_tries(number="abs(np.log((1 - confidence) / (1 - good)))"),),
     ),
     Misconception(
-        "offset with the wrong sign",
-        "a plane on the other side of the origin: n · x + d is 0 at the mean, so d is minus their product",
-        _wrong_fit(offset="normal @ middle"),
+        "one try always",
+        "one try whatever was asked: is the quotient upside down, or were the logarithms forgotten",
+        _wrong_tries(number="np.log(1 - good) / np.log(1 - confidence)"),
     ),
     Misconception(
-        "offset forgotten",
-        "a plane through the origin: it must go through the mean of the points, so d = -n · mean",
-        _wrong_fit(offset="0.0"),
+        "tries and confidence exchanged",
+        "log(1 - w**sample) divided by the logarithm of the confidence: the quotient is upside down, with p for 1 - p",
+        _wrong_tries(number="np.log(1 - good) / np.log(confidence)"),
     ),
     Misconception(
-        "first three points",
-        "the plane through the first three points only, with all their noise: every point has its say",
-        "def fit_plane(points):\n"
-        "    normal = np.cross(points[1] - points[0], points[2] - points[0])\n"
-        "    normal = normal / np.linalg.norm(normal)\n"
-        "    return np.append(normal, -normal @ points[0])\n",
+        "percent for share",
+        "shares divided by 100 once more: they come as shares of 1, not in percent",
+        _wrong_tries("(inlier_share / 100)**sample", "np.log(1 - confidence / 100) / np.log(1 - good)"),
     ),
 )
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from course_lib.tasks.plain import Plain
-from course_lib.tasks.wording import array_problem
+from course_lib.tasks.wording import array_problem, quantity
 
 
 def turned(rng: np.random.Generator, degrees: float, about: np.ndarray) -> np.ndarray:
@@ -38,3 +38,35 @@ def apart(answer: Plain, truth: Plain, around: np.ndarray) -> float:
     a, b = np.asarray(answer, dtype=np.float64), np.asarray(truth, dtype=np.float64)
     first, second = around @ a[:3] + a[3], around @ b[:3] + b[3]
     return float(min(np.abs(first - second).max(), np.abs(first + second).max()))
+
+
+def which_part(answer: Plain, truth: Plain, middle: np.ndarray, near: float = 1e-3) -> tuple[str, str]:
+    """Whether the normal or the offset of a plane is wrong; the offset follows from the normal and the middle.
+
+    Parameters
+    ----------
+    middle : (3,) metres, the mean of the points that the plane should go through.
+    near : metres; a plane that passes it so near goes through it.
+    """
+    plane, true = np.asarray(answer, dtype=np.float64), np.asarray(truth, dtype=np.float64)
+    plane = plane if plane[:3] @ true[:3] >= 0 else -plane
+    leans = float(np.degrees(np.arctan2(np.linalg.norm(np.cross(plane[:3], true[:3])), plane[:3] @ true[:3])))
+    missed = abs(float(plane[:3] @ middle + plane[3]))
+    if leans < 0.01:
+        return (
+            "only d",
+            (f"The normal is right; only d is wrong: the plane misses the middle by {quantity(missed, 'm')}."),
+        )
+    if leans > 75 and missed < near:
+        return "another direction", (
+            f"The normal is {leans:.0f}° off, so it lies in the plane, as one of the other two directions. That of the "
+            "smallest spread is asked; eigh sorts its eigenvalues, eig does not."
+        )
+    if missed < near:
+        return "only the normal", (
+            f"The plane goes through the middle of the points and leans by {leans:.2g}°: the normal is wrong, not d."
+        )
+    return "the normal first", (
+        f"The normal is off by {leans:.2g}°, and the plane misses the middle of the points by {quantity(missed, 'm')}: "
+        "mend the normal first, d follows from it and the mean."
+    )

@@ -17,16 +17,22 @@ from course_lib.cloud import floors
 from course_lib.tasks.core import Case, Task, Verdict
 from course_lib.tasks.judges import judge_array, judge_number, refuse
 from course_lib.tasks.kinds import in_words, which_cause
-from course_lib.tasks.labs.lab_06_planes.cluttered_plane import FIND_MISTAKES, cluttered, guess_plane, judge_find
+from course_lib.tasks.labs.lab_06_planes.cluttered_plane import (
+    FIND_MISTAKES,
+    cluttered,
+    guess_plane,
+    judge_find,
+    what_was_found,
+)
+from course_lib.tasks.labs.lab_06_planes.fit_mistakes import FIT_MISTAKES
 from course_lib.tasks.labs.lab_06_planes.mistakes import (
     CAUSE_OF,
     CAUSES,
-    FIT_MISTAKES,
     HEIGHT_MISTAKES,
     TRIES_MISTAKES,
     WHICH_MISTAKES,
 )
-from course_lib.tasks.labs.lab_06_planes.plane_answers import apart, plane_problem, turned
+from course_lib.tasks.labs.lab_06_planes.plane_answers import apart, plane_problem, turned, which_part
 from course_lib.tasks.plain import Plain
 from course_lib.tasks.wording import measured
 
@@ -197,6 +203,7 @@ TASKS = (
         signature="def fit_plane(points)",
         cases=_fit_cases,
         judge=_judge_fit,
+        anatomy=lambda case, answer: which_part(answer, case.truth, case.given["points"].mean(axis=0)),
         misconceptions=FIT_MISTAKES,
         hides=_LIBRARY,
         where="lesson 06, section 1 (the plane that fits best); least squares in z: section 2",
@@ -233,6 +240,7 @@ TASKS = (
         signature="def find_plane(points, threshold)",
         cases=lambda rng: [cluttered(rng)],
         judge=judge_find,
+        anatomy=what_was_found,
         misconceptions=FIND_MISTAKES,
         hides=_LIBRARY,
         guess=guess_plane,
