@@ -101,7 +101,8 @@ def _of_arrays(pairs: list[tuple[np.ndarray, np.ndarray]], worst: int, unit: str
             "rows in another order",
             "The right rows, in another order: row by row and column by column are exchanged, or something was sorted.",
         )
-    return found or _of_places(floats, a, t) or _of_side(np.concatenate(off) if t.size == 1 else off[worst], unit)
+    found = found or of_rounding(a, t) or _of_places(floats, a, t)
+    return found or _of_side(np.concatenate(off) if t.size == 1 else off[worst], unit)
 
 
 def _rows(table: np.ndarray) -> list[bytes]:
@@ -270,6 +271,16 @@ def _wrong(a: np.ndarray, t: np.ndarray) -> np.ndarray:
     with np.errstate(invalid="ignore"):
         off = np.nan_to_num(np.abs(a - t), posinf=0)
     return off > 1e-6 * max(1.0, float(np.abs(t[np.isfinite(t)]).max(initial=0)))
+
+
+def of_rounding(a: np.ndarray, t: np.ndarray) -> Found | None:
+    """Whether numbers are the right ones with fewer digits."""
+    a, t = a[np.isfinite(a) & np.isfinite(t)], t[np.isfinite(a) & np.isfinite(t)]
+    for step in (100.0, 10.0, 1.0, 0.1, 0.01, 0.001):
+        whole = a.size and np.abs(t).max() > 2 * step and np.abs(a - step * np.round(a / step)).max() <= 1e-6 * step
+        if whole and np.abs(a - t).max() <= 0.501 * step:
+            return "rounded", f"The values are right, but rounded to {step:g}: keep all digits."
+    return None
 
 
 def _of_side(off: np.ndarray, unit: str) -> Found | None:

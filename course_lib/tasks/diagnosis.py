@@ -97,7 +97,7 @@ def _values(
         words = ", or like ".join([*(other.rstrip("?") for other in others), last])
         end = "" if last.endswith("?") else "."
         return Diagnosis("slip", tuple(slip.name for slip in slips), f"This looks like {words}{end}")
-    several = recognise_several(task, cases, outcomes, verdicts)
+    several = () if task.kind == "open" else recognise_several(task, cases, outcomes, verdicts)  # draws are of one kind
     if several:
         return _mistakes(several, ", and in another case like ")
     refused = [

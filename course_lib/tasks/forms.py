@@ -64,7 +64,7 @@ def of_gaps(a: np.ndarray, t: np.ndarray) -> tuple[str, str] | None:
     lost, filled = np.isnan(a) & ~np.isnan(t), ~np.isnan(a) & np.isnan(t)
     if filled.any() and not lost.any():
         values = a[filled]
-        words = f", always {values[0]:g}" if np.ptp(values) == 0 else ""
+        words = f", always {values[0] + 0.0:g}" if np.ptp(values) == 0 else ""
         return (
             "holes filled",
             f"Where nothing was measured stands a number ({filled.sum():,} times{words}) instead of NaN.",
@@ -74,6 +74,12 @@ def of_gaps(a: np.ndarray, t: np.ndarray) -> tuple[str, str] | None:
             return (
                 "NaN for 0",
                 f"NaN stands where 0 is asked ({lost.sum():,} times), and nowhere else: keep the 0 there.",
+            )
+        if _farthest(t, lost):
+            return (
+                "cut off",
+                f"NaN stands where the largest values belong, and only there ({lost.sum():,} times): is something cut "
+                "off at a limit?",
             )
         return (
             "values lost",
@@ -90,6 +96,16 @@ def of_gaps(a: np.ndarray, t: np.ndarray) -> tuple[str, str] | None:
             "missing never taken out?",
         )
     return None
+
+
+def _farthest(t: np.ndarray, lost: np.ndarray) -> bool:
+    """Whether what is lost is what is beyond a limit, in one of the numbers of each row."""
+    if t.ndim > 1 and t.shape[-1] <= 4:
+        t, lost = t.reshape(-1, t.shape[-1]), lost.reshape(-1, t.shape[-1]).any(axis=1)
+    else:
+        t, lost = t.reshape(-1, 1), lost.reshape(-1)
+    left = t[~lost & ~np.isnan(t).any(axis=1)]
+    return lost.sum() > 1 and len(left) > 0 and bool((t[lost].min(axis=0) > left.max(axis=0)).any())
 
 
 def _kind(truth: Plain) -> str:
@@ -180,12 +196,10 @@ def _of_shape(answer: np.ndarray, truth: np.ndarray) -> tuple[str, str] | None:
         call = ".T" if len(got) == 2 else f"np.moveaxis: {got} to {asked}"
         return "axes in another order", f"The axes stand in another order: {got} for {asked}; use {call}, not reshape."
     if answer.size == truth.size:
-        if len(got) > len(asked):
-            return (
-                "one axis too many",
-                f"The numbers stand in {got} where {asked} is asked: .reshape{asked} puts them so.",
-            )
-        return "one axis too few", f"The numbers stand in {got} where {asked} is asked: .reshape{asked} puts them so."
+        name = "one axis too many" if len(got) > len(asked) else "one axis too few"
+        fits = np.allclose(answer.reshape(asked), truth, rtol=1e-3, atol=1e-6, equal_nan=truth.dtype.kind == "f")
+        ends = f".reshape{asked} puts them so." if fits else "a reshape alone does not put them in order."
+        return name, f"The numbers stand in {got} where {asked} is asked: {ends}"
     if len(got) == len(asked) and got[1:] == asked[1:]:
         if got[0] < asked[0]:
             return (
@@ -206,5 +220,14 @@ def _of_shape(answer: np.ndarray, truth: np.ndarray) -> tuple[str, str] | None:
         return (
             "not chosen",
             f"{got} came back where {asked} is asked: a norm, a mean or a choice along one axis is missing.",
+        )
+    if len(got) + 1 == len(asked) and got[1:] == asked[2:] and got[0] < asked[0] * asked[1]:
+        return "picked out", (
+            f"{got[0]:,} came back where {asked} is asked: a mask picks some out, and the rows and columns are lost; "
+            "np.where keeps all places."
+        )
+    if len(got) == len(asked) + 1 and got[2:] == asked[1:] and got[0] * got[1] > asked[0]:
+        return "not picked out", (
+            f"All {got[0]:,}x{got[1]:,} came back where {asked[0]:,} are asked: pick them out, with one mask for all."
         )
     return None
