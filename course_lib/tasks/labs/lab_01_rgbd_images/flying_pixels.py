@@ -144,6 +144,11 @@ TASK = Task(
             "the mask turned round: True is for the flying pixels, the few",
             _FLYING + f"    support = sum((abs(z - depth) < 0.02 * depth**2) & (z > 0) for z in {_WINDOWS}) - 1\n"
             "    return (depth > 0) & (support > 2)\n",
+            variants=(
+                _support("0.018 * depth**2", "support > 1"),
+                _support("0.018 * depth**2", "support > 2"),
+                _support("0.018 * depth**2", "support > 4", reach=2),
+            ),
         ),
         Misconception(
             "whole outlines marked",
@@ -169,6 +174,32 @@ TASK = Task(
             "those at its own depth",
             _support("0.018 * depth**2", "support < 8"),
             variants=(_support("0.018 * depth**2", "support < 7"), _support("0.018 * depth**2", "support <= 5")),
+        ),
+        Misconception(
+            "a limit within the noise",
+            "a limit of once the noise or less: a third of the good neighbours differ by more, so allow three times it",
+            _support("0.006 * depth**2"),
+            variants=(_support("0.003 * depth**2"), _support("0.002 * depth**2")),
+        ),
+        Misconception(
+            "a limit far above the noise",
+            "a limit far above the noise, so that flying pixels, too, have neighbours within it: three times the noise "
+            "is enough",
+            _support("0.1 * depth**2"),
+            variants=(_support("0.06 * depth**2"), _support("0.018 * depth**3"), _support("0.2 * depth**2")),
+        ),
+        Misconception(
+            "the size of the difference forgotten",
+            "a difference without abs(): every neighbour that is much nearer counts as near, too",
+            _support("0.018 * depth**2").replace("abs(z - depth)", "(z - depth)"),
+            variants=(_support("0.018 * depth**2").replace("abs(z - depth)", "(depth - z)"),),
+        ),
+        Misconception(
+            "too many neighbours asked",
+            "pixels marked that have several neighbours at their own depth: at a corner good ones have no more, mark "
+            "those with one or none",
+            _support("0.018 * depth**2", "support <= 4"),
+            variants=(_support("0.018 * depth**2", "support <= 3"),),
         ),
         Misconception(
             "itself counted",

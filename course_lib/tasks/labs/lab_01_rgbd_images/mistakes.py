@@ -44,6 +44,11 @@ RANGE_MISTAKES = (
         _range(_RIGHT, "u / f", "v / f"),
     ),
     Misconception(
+        "principal point added",
+        "cx and cy added: subtract them, so that the pixel straight ahead has no side",
+        _range(_RIGHT, "(u + cx) / f", "(v + cy) / f"),
+    ),
+    Misconception(
         "principal point from the size",
         "the middle of the image used as the principal point: use the cx and cy that you are given",
         _range(_RIGHT, "(u - (w - 1) / 2) / f", "(v - (h - 1) / 2) / f"),
@@ -59,8 +64,9 @@ RANGE_MISTAKES = (
     ),
     Misconception(
         "half a pixel",
-        "half a pixel added to u and v: the centres of pixels lie at whole numbers already",
+        "half a pixel added to u and v, or taken away: the centres of pixels lie at whole numbers already",
         _range(_RIGHT, "(u + 0.5 - cx) / f", "(v + 0.5 - cy) / f"),
+        variants=(_range(_RIGHT, "(u - 0.5 - cx) / f", "(v - 0.5 - cy) / f"),),
     ),
     Misconception(
         "one direction only",
@@ -114,6 +120,11 @@ RANGE_MISTAKES = (
         "sides added",
         "the three sides added up: of a right-angled triangle add the squares, then take the root",
         _range("depth * (1 + abs(a) + abs(b))"),
+        variants=(
+            _range("depth * (1 + np.hypot(a, b))"),
+            _range("depth * (np.sqrt(1 + a**2) + abs(b))"),
+            _range("depth * (np.sqrt(1 + a**2) + b**2)"),
+        ),
     ),
     Misconception(
         "two angles, one after the other",
@@ -220,6 +231,11 @@ ENCODING_MISTAKES = (
         _encoding(sun="(raw >> 3) & (raw << 13)"),
     ),
     Misconception(
+        "SUN's low bits alone",
+        "only the half of SUN's bits that comes back at the top: join it with raw >> 3",
+        _encoding(sun="raw << 13"),
+    ),
+    Misconception(
         "SUN rotated by another number of bits",
         "SUN's bits rotated, but not by three: what goes 3 to the right comes back 16 - 3 = 13 to the left",
         _encoding(sun="(raw >> 3) | (raw << 12)"),
@@ -265,7 +281,7 @@ ENCODING_MISTAKES = (
     ),
     Misconception(
         "whole metres",
-        "a division that drops what is behind the point: // keeps whole metres, / keeps millimetres",
+        "whole metres: // and whole-number types drop what is behind the point; divide with / and keep floats",
         _encoding(divide="//"),
     ),
 )

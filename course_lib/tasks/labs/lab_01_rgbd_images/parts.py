@@ -20,6 +20,8 @@ def range_anatomy(case: Case, answer: Plain) -> Found | None:
     if (np.abs(a - case.truth)[held] <= MILLIMETRE).all():
         count = int((a[~held] != 0).sum())
         return "holes filled", f"Only pixels without a measurement are wrong ({count:,}): 0 stays 0."
+    if not (np.abs(a - case.truth) > MILLIMETRE)[1:-1, 1:-1].any():
+        return None  # only at the border
     v, u = np.nonzero(held)
     z, longer, right = depth[held], a[held] / depth[held], case.truth[held] / depth[held]
     if np.ptp(longer / right) < 1e-4 or not longer.any():
@@ -41,8 +43,9 @@ def range_anatomy(case: Case, answer: Plain) -> Found | None:
             f"Your string is shortest, beside z, about column {place[0]:.0f}, row {place[1]:.0f}: it must be at the "
             f"principal point, column {cx:.0f}, row {cy:.0f}."
         )
-    middle = np.hypot(u - cx, v - cy) < 1.5
-    if middle.any() and np.abs(longer / right - 1)[middle].max() < 0.01:
+    off = np.abs(longer / right - 1)
+    near = np.hypot(u - cx, v - cy) < 0.2 * max(depth.shape)
+    if near.any() and off[near].mean() < 0.5 * off[~near].mean():
         side = "long" if np.median(longer - right) > 0 else "short"
         return "wrong away from the middle", (
             f"Straight ahead the range is right; away from there the string is too {side}: look at how the two sides "
@@ -63,6 +66,22 @@ def _left(terms: np.ndarray, values: np.ndarray) -> float:
     return float(np.std(values - terms @ np.linalg.lstsq(terms, values, rcond=None)[0]))
 
 
+def encoding_anatomy(case: Case, answer: Plain) -> Found | None:
+    """What is wrong with one encoding: pixels without data, the number of steps, or digits."""
+    name, raw, a = case.given["encoding"], case.given["raw"], np.asarray(answer, float)
+    empty, wrong = case.truth == 0, np.abs(a - case.truth) > 1e-4
+    if not wrong[~empty].any():
+        more = " (0 and 65535)" if name == "realsense" else ""
+        return "only pixels without data", f"With {name!r} only pixels without data{more} are wrong: they become 0."
+    factor = a[~empty] / case.truth[~empty]
+    if np.ptp(factor) <= 1e-4 * abs(np.median(factor)) and np.median(factor) != 0:
+        more = ", and pixels with 65535 are not 0" if (raw == 65535).any() and a[raw == 65535].any() else ""
+        return "another number of steps", (
+            f"With {name!r} every depth is {np.median(factor):.4g} times the right one{more}: how many steps a metre?"
+        )
+    return None
+
+
 def half_anatomy(case: Case, answer: Plain) -> Found | None:
     """Which kind of pixel of a small image is wrong: from elsewhere, mixed (with zeros, near with far), a hole."""
     depth, small = np.asarray(case.given["depth"]), np.asarray(answer, float)
@@ -78,6 +97,14 @@ def half_anatomy(case: Case, answer: Plain) -> Found | None:
             elsewhere,
             "are depths of pixels that they do not cover: take rows 2i, 2i + 1 and columns 2j, 2j + 1 for row i, "
             "column j",
+        ),
+        "whole numbers": (
+            wrong & (small == np.round(small)).all() & small.any(),
+            "are whole numbers: is the result kept in a whole-number type, or is it a place (argmax) and not a depth?",
+        ),
+        "farther than all": (
+            wrong & measured & ~elsewhere & (small > four.max(axis=-1) + MILLIMETRE),
+            "are farther than all that they cover: is something added up, or a stand-in left?",
         ),
         "mixed with zeros": (
             wrong & measured & ~elsewhere & (small > 0) & (small < nearest),
@@ -127,9 +154,9 @@ def flying_anatomy(case: Case, answer: Plain) -> Found | None:
             "that are near in depth",
         ),
         (
-            "noise marked",
+            "surfaces marked",
             extra & ~jump & ~holes & ~border,
-            "are good ones on surfaces: their noise is taken for flying, so allow more, and more the farther away",
+            "are good ones inside surfaces, away from outlines: their noise, or their depth alone, is taken for flying",
         ),
     )
     for name, which, words in kinds:

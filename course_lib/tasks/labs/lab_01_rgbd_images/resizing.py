@@ -141,6 +141,20 @@ TASK = Task(
             variants=_OTHER_BLOCKS[1:],
         ),
         Misconception(
+            "two of the four",
+            "the larger of two of the four: all four are to be asked, or holes stay where a neighbour was measured",
+            "def half_size(depth):\n    return np.maximum(depth[::2, ::2], depth[1::2, ::2])\n",
+            variants=(
+                "def half_size(depth):\n    return np.maximum(depth[::2, ::2], depth[::2, 1::2])\n",
+                "def half_size(depth):\n    return np.maximum(depth[::2, ::2], depth[1::2, 1::2])\n",
+            ),
+        ),
+        Misconception(
+            "not made smaller",
+            "the image in its own size: half the height and half the width are asked",
+            "def half_size(depth):\n    return depth\n",
+        ),
+        Misconception(
             "a quarter cut out",
             "a quarter of the image cut out: every part of it belongs into the small one",
             "def half_size(depth):\n    h, w = depth.shape\n    return depth[:h // 2, :w // 2]\n",

@@ -13,7 +13,7 @@ from course_lib.tasks.kinds import in_words, which_cause
 from course_lib.tasks.labs.lab_01_rgbd_images import flying_pixels, resizing
 from course_lib.tasks.labs.lab_01_rgbd_images.causes import CAUSE_OF, SIGNS, WHICH_MISTAKES
 from course_lib.tasks.labs.lab_01_rgbd_images.mistakes import ENCODING_MISTAKES, RANGE_MISTAKES
-from course_lib.tasks.labs.lab_01_rgbd_images.parts import range_anatomy
+from course_lib.tasks.labs.lab_01_rgbd_images.parts import encoding_anatomy, range_anatomy
 from course_lib.tasks.labs.lab_01_rgbd_images.wall import MILLIMETRE, wall_with_things
 
 # Task 1: from depth to range
@@ -85,6 +85,7 @@ _TASK_2 = Task(
     cases=_encoding_cases,
     judge=lambda case, answer: judge_array(answer, case.truth, 1e-4, "m", what="the depth"),
     misconceptions=ENCODING_MISTAKES,
+    anatomy=encoding_anatomy,
     hides=("course_lib.camera.rgbd.decode_depth", "course_lib.camera.rgbd.ENCODINGS"),
     where="lesson 01, section 3 (from stored numbers to metres)",
 )

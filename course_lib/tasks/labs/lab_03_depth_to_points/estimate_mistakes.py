@@ -64,10 +64,28 @@ ESTIMATE_MISTAKES = (
         ),
     ),
     Misconception(
+        "totals, slant and all",
+        "totals of all things compared, with their slant and with nonsense: take the slant out, estimate f for each "
+        "thing, then take the median",
+        _wrong_estimate("np.sum(across) / np.sum(lengths)"),
+        variants=(
+            _wrong_estimate("np.median(across) / np.median(lengths)"),
+            _wrong_estimate("np.sqrt(np.sum(across**2) / np.sum(lengths**2))"),
+            _wrong_estimate("np.sum(across * lengths) / np.sum(lengths**2)"),
+        ),
+    ),
+    Misconception(
         "the largest or smallest",
         "the largest or the smallest of all estimates, which is surely a nonsense one: take the middle one",
         _wrong_estimate("np.nanmax(f)"),
         variants=(_wrong_estimate("np.nanmin(f)"), _wrong_estimate("(np.nanmin(f) + np.nanmax(f)) / 2")),
+    ),
+    Misconception(
+        "not the middle one",
+        "a place other than the middle among the estimates: nonsense ones are all at one side, so the middle is the "
+        "safest; take the median",
+        _wrong_estimate("np.nanpercentile(f, 90)"),
+        variants=(_wrong_estimate("np.nanpercentile(f, 95)"),),
     ),
     Misconception(
         "slant forgotten",
@@ -86,13 +104,21 @@ ESTIMATE_MISTAKES = (
         "slant not squared",
         "the depth difference subtracted from the length: subtract the squares, then take the root",
         _wrong_estimate(beside="lengths - abs(depths[:, 0] - depths[:, 1])"),
-        variants=(_wrong_estimate(beside=f"np.sqrt({_SLANT.replace('lengths**2', 'lengths')})"),),
+        variants=(
+            _wrong_estimate(beside="abs(lengths - (depths[:, 0] - depths[:, 1]))"),
+            _wrong_estimate(beside="abs(lengths - (depths[:, 1] - depths[:, 0]))"),
+            _wrong_estimate(beside=f"np.sqrt({_SLANT.replace('lengths**2', 'lengths')})"),
+        ),
     ),
     Misconception(
         "root forgotten",
         "f squared handed back: length squared minus depth difference squared holds 1 / f squared, take the root",
         _wrong_estimate(each="(across / beside) ** 2"),
-        variants=(_wrong_estimate("np.nanmean(f)", each="(across / beside) ** 2"),),
+        variants=(
+            _wrong_estimate("np.nanmean(f)", each="(across / beside) ** 2"),
+            _wrong_estimate("np.median(f)", each=f"across**2 / ({_SLANT})"),
+            _wrong_estimate("np.mean(f)", each=f"across**2 / ({_SLANT})"),
+        ),
     ),
     Misconception(
         "a square left on one side",

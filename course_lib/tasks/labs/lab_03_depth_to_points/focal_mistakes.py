@@ -26,6 +26,14 @@ _ANGLES = {
         "np.degrees(fov_degrees / 2)",
         "np.degrees where np.radians belongs: the angle comes in degrees, and the tangent expects radians",
     ),
+    "angle doubled": (
+        "np.radians(fov_degrees) * 2",
+        "twice the angle: the triangle has half of it, so divide by 2",
+    ),
+    "angle cut": (
+        "np.radians(fov_degrees // 2)",
+        "half the angle cut to whole degrees: divide with /, not //",
+    ),
     "angle halved twice": (
         "np.radians(fov_degrees) / 4",
         "a quarter of the angle: halve it once",
@@ -65,6 +73,10 @@ _FUNCTIONS = {
     "angle for its tangent": (
         "{s} / ({a})",
         "the angle itself where its tangent belongs: they are alike for small angles only",
+    ),
+    "tangent squared": (
+        "{s} / np.tan({a}) ** 2",
+        "the tangent squared: the quotient holds it once",
     ),
     "tangent's side swapped": (
         "np.tan({a}) / ({s})",

@@ -65,7 +65,7 @@ MEND_MISTAKES = (
     ),
     Misconception(
         "whole metres",
-        "a division that drops what is behind the point: // keeps whole metres, / keeps millimetres",
+        "whole metres: // and whole-number types drop what is behind the point; divide with / and keep floats",
         _wrong_cloud(depth="raw // units_per_metre"),
     ),
     Misconception(
@@ -78,7 +78,6 @@ MEND_MISTAKES = (
         "divided twice",
         "stored numbers divided by 1000 and by units_per_metre: the second alone makes metres",
         _wrong_cloud(depth="raw / 1000 / units_per_metre"),
-        variants=(_wrong_cloud(depth="raw / units_per_metre * 1000"),),
     ),
     Misconception(
         "the depth turned upside down",
@@ -147,6 +146,12 @@ MEND_MISTAKES = (
         variants=tuple(
             _wrong_cloud(axes=axes) for axes in ("x, z, -y", "z, -x, -y", "y, x, z", "z, y, x", "z, x, y", "y, z, x")
         ),
+    ),
+    Misconception(
+        "every colour kept",
+        "the colours of all pixels: pick them out with the same mask as the points, color[keep]",
+        _wrong_cloud(colors="color"),
+        variants=(_wrong_cloud(colors="color.reshape(-1, 3)"),),
     ),
     Misconception(
         "BGR for RGB",

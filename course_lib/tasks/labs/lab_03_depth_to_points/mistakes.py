@@ -48,8 +48,9 @@ DEPROJECT_MISTAKES = (
     ),
     Misconception(
         "half a pixel",
-        "half a pixel added to u and v: here the centres of pixels lie at whole numbers already",
+        "half a pixel added to u and v, or taken away: here the centres of pixels lie at whole numbers already",
         _wrong_deproject(x="(u + 0.5 - cx) * z / fx", y="(v + 0.5 - cy) * z / fy"),
+        variants=(_wrong_deproject(x="(u - 0.5 - cx) * z / fx", y="(v - 0.5 - cy) * z / fy"),),
     ),
     Misconception(
         "principal point forgotten",
@@ -145,6 +146,28 @@ DEPROJECT_MISTAKES = (
         _wrong_deproject(before="    z = z / 1000\n"),
     ),
 )
+
+
+def _with_zeros(mistake: Misconception) -> Misconception:
+    """The same mistake, and pixels without data kept as well."""
+    source = mistake.source.replace("    points[depth == 0] = np.nan\n", "")
+    more = "; and pixels without data kept: make them NaN"
+    return Misconception(f"{mistake.name}, zeros kept", mistake.message + more, source)
+
+
+_ALSO = (
+    "z taken for range",
+    "rows for columns",
+    "flip left in",
+    "half a pixel",
+    "principal point forgotten",
+    "one focal length for both",
+    "multiplied by f",
+    "not divided by f",
+    "depth forgotten",
+    "x and y the other way",
+)
+DEPROJECT_MISTAKES += tuple(_with_zeros(mistake) for mistake in DEPROJECT_MISTAKES if mistake.name in _ALSO)
 
 
 CAUSES = (

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from course_lib.tasks.anatomy import of_rounding
 from course_lib.tasks.core import Case
 from course_lib.tasks.plain import Plain
 
@@ -45,6 +46,15 @@ def _of_points(
         return None
     if sorted(map(tuple, np.round(p, 4))) == sorted(map(tuple, np.round(true, 4))):
         return "points in another order", "These are the right points in another order: row by row is asked."
+    shift = np.median(p - true, axis=0)
+    if np.abs(p - true - shift).max() <= NEAR and np.ptp(z) > 0.01:
+        words = ", ".join(f"{value:.3g} m in {axis}" for axis, value in zip("xyz", shift, strict=True))
+        return (
+            "one shift for all",
+            f"All points are moved by one shift, {words}: is a mean subtracted?",
+        )
+    if found := of_rounding(p, true):
+        return found
     if off[2] > NEAR:
         with np.errstate(divide="ignore", invalid="ignore"):
             factor, rays = p[:, 2] / z, p[:, :2] / p[:, 2:] - true[:, :2] / true[:, 2:]
@@ -60,6 +70,8 @@ def _of_points(
         "y": (p[:, 1] / z, v, u, camera[1], camera[3]),
     }.items():
         if off["xy".index(axis)] > NEAR:
+            if np.ptp(own) and np.abs(p[:, "xy".index(axis)] - (own - c) / f).max() <= NEAR:
+                return f"{axis} without depth", f"z is right; {axis} was never multiplied by it: {axis} grows with z."
             return _of_axis(axis, values, own, other, f, c)
     return None
 
@@ -76,6 +88,11 @@ def _of_axis(axis: str, slope: np.ndarray, own: np.ndarray, other: np.ndarray, f
         fitted, centre = 1 / rate, -start / rate
         if name == wrong_pixel:
             return f"{axis} from {name}s", f"z is right; {axis} follows the {name} of a pixel, not its {pixel}."
+        if abs(fitted / f + 1) < 1e-3:
+            return (
+                f"{axis} the other way",
+                f"z is right; {axis} runs the other way: was the last {name} number 0?",
+            )
         if abs(fitted / f - 1) > 1e-3:
             more = "" if abs(centre - c) < 0.02 else f" and {centre:.4g} for c{axis}, which is {c:.4g}"
             says = f"z is right; {axis} is that of a camera with {fitted:.4g} for f{axis}, which is {f:.4g}{more}."
@@ -91,23 +108,29 @@ def focal_anatomy(case: Case, answer: Plain) -> Found | None:
     """Where an estimate lies among those of the single things: one of them, outside of all, or pulled by nonsense."""
     pixels, depths, lengths, cx, cy = case.given.values()
     said, true = float(np.asarray(answer).reshape(())), case.truth
-    for value, name, words in (
-        (1000 * true, "times 1000", "about 1000 times the right one: millimetres and metres are a factor of 1000"),
-        (true / 1000, "divided by 1000", "about a thousandth of the right one: millimetres for metres"),
-        (true**2, "squared", "about the square of the right one: a root is missing"),
-        (1 / true, "upside down", "about 1 / f: a quotient is upside down"),
-    ):
-        if math.isclose(said, value, rel_tol=0.3):
-            return name, f"The focal length is {words}."
+    known = {
+        "times 1000": (1000 * true, "about 1000 times the right one: millimetres and metres are a factor of 1000"),
+        "divided by 1000": (true / 1000, "about a thousandth of the right one: millimetres for metres"),
+        "squared": (true**2, "about the square of the right one: a root is missing"),
+        "upside down": (1 / true, "about 1 / f: a quotient is upside down"),
+        "doubled": (2 * true, "about twice the right one: half of something is taken whole"),
+        "halved": (true / 2, "about half of the right one: something is halved once too often"),
+    }
+    name = min(known, key=lambda n: abs(math.log(said / known[n][0])))
+    if abs(math.log(said / known[name][0])) < (0.03 if name in ("doubled", "halved") else 0.3):
+        return name, f"The focal length is {known[name][1]}."
     across = np.diff((pixels - [cx, cy]) * depths[..., None], axis=1)[:, 0]
     beside = lengths**2 - np.diff(depths, axis=1)[:, 0] ** 2
     each = np.sort(np.hypot(*across.T)[beside > 0] / np.sqrt(beside[beside > 0]))
     if np.abs(each - said).min() < 1e-6 * said and abs(said / true - 1) > 0.005:
         return "one thing alone", "This is what one of the things says alone: take the middle of all."
+    if found := of_rounding(np.array([said]), np.array([true])):
+        return found
     by = f"{100 * abs(said / true - 1):.1f} % too {'large' if said > true else 'small'}"
     if not each[0] <= said <= each[-1]:
         return "outside of all", (
-            f"It is {by}, which no single thing says: the estimate of each is wrong before a middle is taken."
+            f"It is {by}, which no single thing says: the estimate of each is wrong before a middle is taken, or "
+            "things are in it that are not possible (length² − Δz² below 0)."
         )
     if said > true:
         return "pulled by nonsense", (
