@@ -278,8 +278,9 @@ def of_rounding(a: np.ndarray, t: np.ndarray) -> Found | None:
     a, t = a[np.isfinite(a) & np.isfinite(t)], t[np.isfinite(a) & np.isfinite(t)]
     for step in (100.0, 10.0, 1.0, 0.1, 0.01, 0.001):
         whole = a.size and np.abs(t).max() > 2 * step and np.abs(a - step * np.round(a / step)).max() <= 1e-6 * step
-        if whole and np.abs(a - t).max() <= 0.501 * step:
-            return "rounded", f"The values are right, but rounded to {step:g}: keep all digits."
+        between = a.size and np.abs(t - step * np.round(t / step)).max() > 0.01 * step
+        if whole and between and np.abs(a - t).max() < step:
+            return "rounded", f"The values are right, but rounded or cut to {step:g}: keep all digits."
     return None
 
 
