@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from course_lib.tasks.anatomy import of_rounding
 from course_lib.tasks.core import Case
 from course_lib.tasks.labs.lab_01_rgbd_images.wall import MILLIMETRE
 from course_lib.tasks.plain import Plain
@@ -26,6 +27,12 @@ def range_anatomy(case: Case, answer: Plain) -> Found | None:
     z, longer, right = depth[held], a[held] / depth[held], case.truth[held] / depth[held]
     if np.ptp(longer / right) < 1e-4 or not longer.any():
         return None
+    same = np.abs(longer - 1) < 1e-9
+    if MANY < same.mean() < 1:
+        return "depths left as they were", (
+            f"In {np.mean(same):.0%} of the pixels the depth came back as it was: multiply each by the length "
+            "of its string."
+        )
     if _follows(longer, (u - cx) / f, (v - cy) / f, z):
         return "depends on the depth", (
             "Range divided by depth differs between pixels beside each other where their depths differ: it must "
@@ -73,6 +80,17 @@ def encoding_anatomy(case: Case, answer: Plain) -> Found | None:
     if not wrong[~empty].any():
         more = " (0 and 65535)" if name == "realsense" else ""
         return "only pixels without data", f"With {name!r} only pixels without data{more} are wrong: they become 0."
+    if (a < 0).any():
+        return "below zero", (
+            f"With {name!r} {int((a < 0).sum()):,} depths are below 0: from 32,768 on numbers are negative in "
+            "signed 16 bits (int16); stay with uint16."
+        )
+    if (a[wrong] == 0).all():
+        least = case.truth[wrong].min()
+        return (
+            "measured ones lost",
+            f"With {name!r} {int(wrong.sum()):,} measured depths, from {least:.2f} m on, became 0.",
+        )
     factor = a[~empty] / case.truth[~empty]
     if np.ptp(factor) <= 1e-4 * abs(np.median(factor)) and np.median(factor) != 0:
         more = ", and pixels with 65535 are not 0" if (raw == 65535).any() and a[raw == 65535].any() else ""
@@ -92,6 +110,10 @@ def half_anatomy(case: Case, answer: Plain) -> Found | None:
     wrong = np.where(measured, off, np.abs(small)) > MILLIMETRE
     known = depth[depth > 0]
     elsewhere = wrong & (small > 0) & (np.abs(known[:, None] - small.ravel()).min(axis=0) < 1e-9).reshape(small.shape)
+    which = np.where(four > 0, np.abs(four - small[..., None]), np.inf).argmin(axis=-1)
+    chosen = np.take_along_axis(four, which[..., None], axis=-1)[..., 0]
+    if found := of_rounding(small[measured], chosen[measured]):
+        return found
     kinds = {
         "depths of other pixels": (
             elsewhere,

@@ -132,6 +132,7 @@ ESTIMATE_MISTAKES = (
         _wrong_estimate(beside="lengths", z=_MEAN_DEPTH),
         variants=(
             _wrong_estimate("np.mean(f)", beside="lengths", z=_MEAN_DEPTH),
+            _wrong_estimate(beside="lengths", z="depths.mean()"),
             _wrong_estimate(beside="lengths", z="depths[:, :1]"),
             _wrong_estimate(beside="lengths", z="depths[:, 1:]"),
             _wrong_estimate(beside="lengths", z="depths.max(axis=1, keepdims=True)"),

@@ -34,6 +34,10 @@ _ANGLES = {
         "np.radians(fov_degrees // 2)",
         "half the angle cut to whole degrees: divide with /, not //",
     ),
+    "angle in gradians": (
+        "fov_degrees / 2 * np.pi / 200",
+        "200 for half a turn, as gradians have it: half a turn is 180 degrees, np.radians knows it",
+    ),
     "angle halved twice": (
         "np.radians(fov_degrees) / 4",
         "a quarter of the angle: halve it once",

@@ -98,6 +98,15 @@ DEPROJECT_MISTAKES = (
         _wrong_deproject(x="(cx - u) * z / fx", y="(cy - v) * z / fy"),
     ),
     Misconception(
+        "another program's axes",
+        "axes of a robot or of a viewer, with z up: here x is right, y down and z forward",
+        _wrong_deproject(x="z", y="-(u - cx) * z / fx", z="-(v - cy) * z / fy"),
+        variants=(
+            _wrong_deproject(y="z", z="-(v - cy) * z / fy"),
+            _wrong_deproject(x="z", y="(u - cx) * z / fx", z="-(v - cy) * z / fy"),
+        ),
+    ),
+    Misconception(
         "principal point added",
         "the principal point added to the pixel: subtract it, so that the pixel in the middle looks straight ahead",
         _wrong_deproject(x="(u + cx) * z / fx", y="(v + cy) * z / fy"),

@@ -56,6 +56,8 @@ def _of_points(
     if found := of_rounding(p, true):
         return found
     if off[2] > NEAR:
+        if found := of_rounding(p[:, 2], z):
+            return f"z {found[0]}", f"Of z: {found[1][0].lower()}{found[1][1:]}"
         with np.errstate(divide="ignore", invalid="ignore"):
             factor, rays = p[:, 2] / z, p[:, :2] / p[:, 2:] - true[:, :2] / true[:, 2:]
         along = np.isfinite(rays).all() and np.abs(rays * z[:, None]).max() <= 10 * NEAR
@@ -117,7 +119,7 @@ def focal_anatomy(case: Case, answer: Plain) -> Found | None:
         "halved": (true / 2, "about half of the right one: something is halved once too often"),
     }
     name = min(known, key=lambda n: abs(math.log(said / known[n][0])))
-    if abs(math.log(said / known[name][0])) < (0.03 if name in ("doubled", "halved") else 0.3):
+    if abs(math.log(said / known[name][0])) < (0.012 if name in ("doubled", "halved") else 0.3):
         return name, f"The focal length is {known[name][1]}."
     across = np.diff((pixels - [cx, cy]) * depths[..., None], axis=1)[:, 0]
     beside = lengths**2 - np.diff(depths, axis=1)[:, 0] ** 2
@@ -131,6 +133,11 @@ def focal_anatomy(case: Case, answer: Plain) -> Found | None:
         return "outside of all", (
             f"It is {by}, which no single thing says: the estimate of each is wrong before a middle is taken, or "
             "things are in it that are not possible (length² − Δz² below 0)."
+        )
+    if said > 1.4 * true:
+        return (
+            "far too large",
+            f"It is {by}, more than most things say: look at the formula of each.",
         )
     if said > true:
         return "pulled by nonsense", (
