@@ -9,6 +9,7 @@ from pathlib import Path
 from course_lib.notebook import _catalog
 from course_lib.notebook.lessons import lessons
 
+from .public_answers import table
 from .tree import CourseError, Tree
 
 _WORD = re.compile(r"((?:<a id=\"[^\"]+\"></a>)+)\*\*([^*]+)\*\* — .+")
@@ -62,6 +63,7 @@ PAGES: dict[str, tuple[str, Callable[[Tree], str]]] = {
     "docs/glossary.md": ("words", _words),
     "solutions/README.md": ("notes", _notes),
     "datasets/README.md": ("datasets", _datasets),
+    "docs/checks.md": ("checks", table),
 }
 
 

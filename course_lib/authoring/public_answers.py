@@ -10,6 +10,7 @@ from course_lib.authoring import solutions
 from course_lib.authoring.needed_data import missing_data
 from course_lib.authoring.tree import Tree
 from course_lib.notebook import data
+from course_lib.tasks.agreement import leaves
 from course_lib.tasks.core import Case, Task
 from course_lib.tasks.diagnosis import changed, slip_key
 from course_lib.tasks.plain import same
@@ -44,6 +45,7 @@ def kept_of(task: Task, tree: Tree) -> list[Kept]:
         keep(
             {name: wrong for name, wrong in each.items() if name in telling},
             {name: _tolerance(task, case, wrong) for name, wrong in each.items()},
+            case.name,
         )
         for case, each in zip(cases, answers, strict=True)
     ]
@@ -92,3 +94,40 @@ def stale_public(lab: str, tree: Tree) -> list[str]:
     if path.is_file() and path.stat().st_size > MOST_BYTES:
         found.append(f"{tree.relative(path)} has {path.stat().st_size / 1e6:.1f} MB: 1 MB is the most")
     return found
+
+
+def told_apart(kept: list[Kept]) -> tuple[list[tuple[int, int]], int, int]:
+    """How many wrong answers show in each case and how many different ones these are; the same over all cases."""
+    rows = []
+    every: dict[str, list[bytes]] = {}
+    for case in kept:
+        keys = [_key(case, i) for i in range(len(case["names"]))]
+        shown = [key for key, far in zip(keys, case["far"], strict=True) if far]
+        rows.append((len(shown), len(set(shown))))
+        for name, key, far in zip(case["names"], keys, case["far"], strict=True):
+            every.setdefault(name, []).append(key if far else b"")
+    anywhere = [tuple(keys) for keys in every.values() if any(keys)]
+    return rows, len(anywhere), len(set(anywhere))
+
+
+def _key(case: Kept, i: int) -> bytes:
+    """What tells one answer of a case from another, to nine digits."""
+    value = case["values"][i]
+    form, parts = (case["forms"][value["form"]]["form"], value["values"]) if case["sampled"][i] else leaves(value)
+    digits = [f"{number:.9g}" for part in parts for number in part.reshape(-1).astype(float)]
+    return "|".join([form, *digits]).encode()
+
+
+def table(tree: Tree) -> str:
+    """For each task, how many wrong answers its checks know and how many of them each public case tells apart."""
+    rows = ["| task | mistakes | slips | shown, different | in each case |", "|---|---|---|---|---|"]
+    for lab in tasks.lab_numbers():
+        for task_id, kept in sorted(unpack(file_of(lab)).items()):
+            if not kept:
+                continue
+            names = kept[0]["names"]
+            mistakes = sum(name.startswith("mistake: ") for name in names)
+            cases, shown, different = told_apart(kept)
+            each = ", ".join(f"{some}/{few}" for some, few in cases)
+            rows.append(f"| {task_id} | {mistakes} | {len(names) - mistakes} | {shown}, {different} | {each} |")
+    return "\n".join(rows)

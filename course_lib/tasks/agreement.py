@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from course_lib.tasks.core import Case, Task
+from course_lib.tasks.core import Case, Task, Verdict
 from course_lib.tasks.plain import Plain, same
 
 
@@ -80,7 +80,17 @@ def distance(task: Task, case: Case, a: Plain, b: Plain | Sampled) -> float:
         return float(task.distance(case, a, b))
     if "truth" not in case.hidden:
         return math.inf
-    return task.judge(replace(case, hidden={**case.hidden, "truth": b}), a).ratio
+    verdict = _judged(task, case, a, b)
+    return verdict.ratio if verdict else math.inf
+
+
+def _judged(task: Task, case: Case, a: Plain, truth: Plain) -> Verdict | None:
+    """The verdict on an answer if this, which is wrong, were the truth; None where a judge cannot take it for one."""
+    try:
+        with np.errstate(all="ignore"):
+            return task.judge(replace(case, hidden={**case.hidden, "truth": truth}), a)
+    except ValueError:  # a matrix that is not rigid
+        return None
 
 
 def _stray_nan(value: Plain, truth: Plain) -> bool:
@@ -141,7 +151,8 @@ def near(task: Task, case: Case, a: Plain, b: Plain | Sampled) -> bool:
         if same(a, b, 1e-5) or (isinstance(truth, np.ndarray) and truth.shape != b.shape):
             return same(a, b, 1e-5)
     if task.kind == "open" and task.distance is None and "truth" in case.hidden:
-        return comparable(a, b) and task.judge(replace(case, hidden={**case.hidden, "truth": b}), a).passed
+        verdict = _judged(task, case, a, b) if comparable(a, b) else None
+        return verdict is not None and verdict.passed
     return distance(task, case, a, b) <= 1
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from course_lib.tasks.core import Case, Task, Verdict
+from course_lib.tasks.core import Case, Task, Verdict, middle_of
 from course_lib.tasks.forms import NAN_ALWAYS, of_gaps
 from course_lib.tasks.plain import Plain, describe, same
 from course_lib.tasks.wording import quantity
@@ -32,10 +32,9 @@ def anatomy(task: Task, cases: Sequence[Case], answers: Sequence[Plain], verdict
     told = [i for i in failed if answers[i] is not None and math.isfinite(verdicts[i].error)]
     if not failed:
         return None
-    worst = max(told, key=lambda i: verdicts[i].ratio, default=failed[0])
-    found = None
-    if told and task.anatomy is not None:
-        found = task.anatomy(cases[worst], answers[worst])
+    spoken = middle_of(verdicts) if task.kind == "open" else -1
+    worst = max(told, key=lambda i: (i == spoken, verdicts[i].ratio), default=failed[0])
+    found = task.anatomy(cases[worst], answers[worst]) if told and task.anatomy is not None else None
     if found is None and len(failed) == 1 and len(verdicts) > 2 and task.kind != "open":
         name = cases[failed[0]].name or f"number {failed[0] + 1}"
         found = "only in one case", f"Only one case is wrong, “{name}”; the other {len(verdicts) - 1} are right."

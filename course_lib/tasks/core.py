@@ -104,6 +104,12 @@ class Misconception:
         return (self.source, *self.variants)
 
 
+def middle_of(verdicts: Sequence[Verdict]) -> int:
+    """The case of the median score, which an open task is scored by and spoken of."""
+    order = sorted(range(len(verdicts)), key=lambda i: verdicts[i].score)
+    return order[(len(order) - 1) // 2 if len(order) % 2 else len(order) // 2]
+
+
 Judge = Callable[[Case, Plain], Verdict]
 
 
@@ -118,7 +124,8 @@ class Task:
     points : what it is worth.
     version : raised whenever cases, judge or tolerances change what an answer earns.
     signature : "def deproject(depth, camera_matrix)", as the lab shows it.
-    cases : draws cases from a NumPy generator; for tasks with `data` it is called `cases(rng, load)`.
+    cases : draws cases from a NumPy generator; for tasks with `data` it is called `cases(rng, load)`, and draws
+        only its made cases, three or more, where `load` is None.
     judge : `judge(case, answer) -> Verdict` for a plain answer; must not raise, whatever the answer.
     misconceptions : the wrong answers that people give.
     may_call : modules that the answer may use beside `HARMLESS`: ("numpy", "course_lib.geometry.transforms").
@@ -224,15 +231,14 @@ def fresh(task: Task, seed: int, load: Callable[..., Any] | None = None) -> tupl
     ----------
     task : the task.
     seed : any whole number ≥ 0; the same seed gives the same cases.
-    load : `course_lib.notebook.data.load`, or what stands for it; needed by tasks with `data`.
+    load : `course_lib.notebook.data.load`, or what stands for it; without it a task with `data` is asked on its made
+        cases alone.
 
     Raises
     ------
     ValueError
-        If the task needs real data and no `load` was given, or if it draws no cases or cases that are not plain.
+        If the task draws no cases, or cases that are not plain.
     """
-    if task.data and load is None:
-        raise ValueError(f"task {task.id} needs the real data {', '.join(task.data)}: give fresh() their loader.")
     return _fresh(task, int(seed), load)
 
 

@@ -9,6 +9,8 @@ import numpy as np
 
 from course_lib.tasks.plain import Plain
 
+_OF_A_MOTION = {(3, 4): "The upper three rows", (3, 3): "The rotation alone", (3,): "Three numbers"}
+
 
 def form_problem(answer: Plain, truth: Plain) -> tuple[str, str] | None:
     """The name of what is wrong with the form of an answer and a sentence about it, or None.
@@ -117,7 +119,8 @@ def _kind(truth: Plain) -> str:
 def _of_dict(answer: Mapping, truth: Mapping) -> tuple[str, str] | None:
     keys, values = set(truth), list(answer.values())
     if set(answer) == keys:
-        return None
+        inner = ((key, form_problem(answer[key], truth[key])) for key in truth)
+        return next(((f"{one[0]} in {key!r}", f"In {key!r}: {one[1]}") for key, one in inner if one), None)
     if all(isinstance(value, (str, int)) for value in values) and set(values) == keys:
         return "an inverted dict", "Keys and values of the dict are exchanged: look up by " + _names(keys) + "."
     return "other keys", f"The dict has the keys {_names(answer)}; {_names(keys)} are asked."
@@ -176,11 +179,16 @@ def _of_array(answer: Plain, truth: np.ndarray) -> tuple[str, str] | None:
 
 
 def _joined(answer: list, truth: np.ndarray) -> tuple[str, str] | None:
-    """Parts that belong into one array: (n, d) for a plane of four numbers."""
+    """Parts that belong into one array: (n, d) for a plane of four numbers, (R, t) for a motion."""
     try:
         parts = [np.atleast_1d(np.asarray(part, float)) for part in answer]
     except (ValueError, TypeError):
         return None
+    if truth.shape == (4, 4) and sorted(part.size for part in parts) == [3, 9]:
+        return (
+            "not joined",
+            "A rotation and a shift came back apart where one 4x4 is asked: fill T[:3, :3] and T[:3, 3] of np.eye(4).",
+        )
     if truth.ndim == 1 and len({part.shape for part in parts}) > 1 and all(part.ndim == 1 for part in parts):
         if sum(len(part) for part in parts) == len(truth):
             return (
@@ -192,6 +200,8 @@ def _joined(answer: list, truth: np.ndarray) -> tuple[str, str] | None:
 
 def _of_shape(answer: np.ndarray, truth: np.ndarray) -> tuple[str, str] | None:
     got, asked = answer.shape, truth.shape
+    if asked == (4, 4) and got in _OF_A_MOTION:
+        return "part of a motion", f"{_OF_A_MOTION[got]} came back where one 4x4 is asked: fill np.eye(4) with R and t."
     if len(got) == len(asked) and sorted(got) == sorted(asked):
         call = ".T" if len(got) == 2 else f"np.moveaxis: {got} to {asked}"
         return "axes in another order", f"The axes stand in another order: {got} for {asked}; use {call}, not reshape."

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from course_lib.tasks.core import Case, Misconception, Task, Verdict
+from course_lib.tasks.core import Case, Misconception, Task, Verdict, middle_of
 from course_lib.tasks.diagnosis import UNKNOWN, Diagnosis, diagnose
 from course_lib.tasks.running import Outcome, given_text
 
@@ -131,8 +131,7 @@ def _verdict(task: Task, case: Case, outcome: Outcome) -> Verdict:
 def _worst(task: Task, outcomes: Sequence[Outcome], verdicts: Sequence[Verdict], passed: bool) -> int:
     """The case to speak of: one without an answer, else the farthest off; of an open task the median one."""
     if task.kind == "open" and (passed or all(outcome.kind == "answer" for outcome in outcomes)):
-        order = sorted(range(len(verdicts)), key=lambda i: verdicts[i].score)
-        return order[(len(order) - 1) // 2 if len(order) % 2 else len(order) // 2]
+        return middle_of(verdicts)
     return min(
         range(len(verdicts)), key=lambda i: (outcomes[i].kind == "answer", verdicts[i].passed, -verdicts[i].ratio, i)
     )

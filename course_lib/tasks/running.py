@@ -126,8 +126,8 @@ _OTHERS = tuple(sorted({str(Path(__file__).parents[1]), os.path.dirname(os.__fil
 
 
 def _is_learners(filename: str) -> bool:
-    """Whether a file is a cell or the learner's own: neither installed, nor of the course, nor of Python."""
-    return not filename.startswith(("<frozen", *_OTHERS))
+    """Whether a file is a cell or the learner's own: neither installed, compiled, of the course nor of Python."""
+    return not filename.startswith(("<frozen", *_OTHERS)) and not filename.endswith((".pyx", ".pxd", ".pxi"))
 
 
 def _innermost_is_learners(trace: TracebackType | None) -> bool:

@@ -64,7 +64,7 @@ def answer_slips(truth: Plain, axes: str = "xyz") -> Iterator[Slip]:
         yield from _of_list(truth)
         if truth.ndim == 2:
             yield from _of_table(truth)
-        if truth.ndim and 2 <= truth.shape[-1] <= FEW and truth.dtype.kind != "b":
+        if truth.ndim and 2 <= truth.shape[-1] <= FEW and truth.dtype.kind != "b" and truth.shape != (4, 4):
             yield from _of_components(truth.shape[-1], axes)
     elif isinstance(truth, Mapping):
         if all(isinstance(value, str) for value in truth.values()):
@@ -164,7 +164,6 @@ def _of_motion() -> Iterator[Slip]:
         ("shift not turned, other sign", "a shift not turned, and negated", right, lambda R, p: -R.T @ p),
         ("shift turned twice", "a shift that was turned once more", right, lambda R, p: R @ p),
         ("both undone", "the rotation transposed and the shift negated", lambda R, p: R.T, lambda R, p: -p),
-        ("not undone", "the rotation transposed, with the shift turned by it", lambda R, p: R.T, lambda R, p: -R.T @ p),
     ):
         yield Slip(name, words, but(rotation, shift))
 

@@ -120,8 +120,9 @@ def test_a_lesson_is_added_by_the_page(copy: Tree, tmp_path: Path, capsys: pytes
     _python(root, "-m", "course_lib.cli", *build)  # fails where a gate finds something
     assert " 0 differences" in _python(root, "-m", "course_lib.cli", *check)
 
-    # What git shows: new files, and new rows between the markers of four pages that the page names.
+    # What git shows: new files, and new rows between the markers of five pages that the page names.
     built = {f"{folder}/{NAME}.ipynb" for folder in ("notebooks", "solutions", "exercises")}
+    built.add(str(_named("course_lib/tasks/labs/lab_NN_name/public.npz")))
     assert set(git(root, "ls-files", "--others", "--exclude-standard")) == built | {_named(row) for row in TABLE}
     changed = [line.split("\t") for line in git(root, "diff", "--numstat")]
     assert {name: lost for _, lost, name in changed} == dict.fromkeys(PAGES, "0"), "pages, and the lines each lost"

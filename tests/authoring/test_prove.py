@@ -191,12 +191,6 @@ def test_any_other_outcome_of_an_exercise_is_found(
     assert says in found[0]
 
 
-def test_a_check_whose_data_are_not_here_may_say_nothing(run_exercise: nbs.NotebookNode) -> None:
-    run_exercise.cells[5].outputs = []
-    assert stub_findings(run_exercise, skipped=lambda task: task == "01-1") == []
-    assert len(stub_findings(run_exercise, skipped=lambda task: task == "01-2")) == 1
-
-
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGINT cannot be sent to a group of processes on Windows")
 def test_ctrl_c_ends_the_making_at_once_and_takes_nothing_half_made_for_whole(tmp_path: Path) -> None:

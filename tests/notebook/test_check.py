@@ -272,13 +272,21 @@ def test_explanation_is_ready_to_hand_in(monkeypatch: pytest.MonkeyPatch) -> Non
         check("90-4", lambda: " ")
 
 
-def test_real_data_that_are_not_here_skip(monkeypatch: pytest.MonkeyPatch) -> None:
-    real = _task(5, "real", "def points(n)", POINTS.judge, {"n": 4}, data=("tum_pair", "sun_pair"))
+def test_without_its_real_data_a_task_is_judged_on_its_made_cases(monkeypatch: pytest.MonkeyPatch) -> None:
+    real = Task(
+        id="90-5", title="t", points=1, version=1, kind="real", signature="def points(n)", where="w",
+        data=("tum_pair", "sun_pair"), judge=POINTS.judge,
+        cases=lambda rng, load: [Case({"n": 4}, {"truth": TRUTH})] * (3 if load is None else 4),
+    )  # fmt: skip
     monkeypatch.setitem(TINY, "90-5", real)
     monkeypatch.setattr(module, "_loader", lambda task: None)
-    card = check("90-5", off(0))
-    assert card.tone == "skipped"
-    assert "python3 course.py data get tum_pair sun_pair" in card.text
+    for answer, tone in ((off(0), "passed"), (off(0.37), "failed")):
+        card = check("90-5", answer)
+        assert card.tone == tone and "python3 course.py data get tum_pair sun_pair" in card.text
+    assert "right in 0 of 3 cases" in card.text
+    monkeypatch.setenv("COURSE_STRICT", "1")
+    with pytest.raises(CheckFailed, match="off by 370 mm"):
+        check("90-5", off(0.37))
 
 
 def test_real_data_come_through_the_loader(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -292,8 +300,6 @@ def test_real_data_come_through_the_loader(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr(module, "_loader", lambda task: lambda name: seen.append(name) or 4)
     assert check("90-6", off(0)).tone == "passed"
     assert seen == ["tum_pair"]
-    with pytest.raises(ValueError, match="needs the real data tum_pair"):
-        real.public()
 
 
 def test_unknown_task_suggests_the_nearest() -> None:
@@ -307,5 +313,5 @@ def test_parts_together() -> None:
 
 
 def test_card_without_anything_to_say() -> None:
-    assert Card("skipped", "T", "s").text == "○ T — s"
+    assert Card("not started", "T", "s").text == "○ T — s"
     assert Card("failed", "T", "s", band=0).text.endswith("Within tolerance.")

@@ -51,6 +51,15 @@ def test_the_line_in_the_cell_is_shown() -> None:
     )
 
 
+def test_the_line_is_the_learners_and_not_one_of_a_compiled_module() -> None:
+    shell = proofs.Shell()
+    shell.run(
+        "from scipy.spatial import cKDTree\n\n"
+        "def answer(image, scale, options):\n    return cKDTree(np.zeros((2, 2))).query([np.nan, 0])"
+    )
+    assert run(shell.run("answer"), CASE).trouble.startswith("Line 4 of your cell, `return cKDTree(")
+
+
 def test_only_an_open_stub_is_not_started() -> None:
     assert outcome('raise NotImplementedError("Task 1: x")').kind == "not started"
     shell = proofs.Shell()

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from course_lib.tasks.core import Case, Misconception, Task, Verdict
+from course_lib.tasks.core import Case, Task, Verdict
 from course_lib.tasks.judges import judge_array, judge_number
+from course_lib.tasks.labs.lab_00_start_here.mistakes import MISTAKES
 from course_lib.tasks.plain import Plain
 
 _TOLERANCE = 1e-5  # metres; a raw step is 1 mm
@@ -39,29 +40,7 @@ TASKS = (
         signature="def metres(depth_mm)",
         cases=_cases,
         judge=_judge,
-        misconceptions=(
-            Misconception(
-                "left in millimetres",
-                "raw millimetres handed on as metres, which makes a desk a mountain: divide by 1000",
-                "def metres(depth_mm):\n    return depth_mm\n",
-            ),
-            Misconception(
-                "multiplied",
-                "a multiplication where a division belongs: one millimetre is a thousandth of a metre",
-                "def metres(depth_mm):\n    return depth_mm * 1000.0\n",
-                variants=("def metres(depth_mm):\n    return depth_mm * 1000\n",),  # uint16 overflows, silently
-            ),
-            Misconception(
-                "whole metres",
-                "a division that drops what is behind the point: // keeps whole metres only, / keeps the millimetres",
-                "def metres(depth_mm):\n    return depth_mm // 1000\n",
-            ),
-            Misconception(
-                "another camera's scale",
-                "the depth scale of the TUM images, 5000 units a metre: a RealSense stores 1000 units a metre",
-                "def metres(depth_mm):\n    return depth_mm / 5000\n",
-            ),
-        ),
+        misconceptions=MISTAKES,
         hides=("course_lib.camera.rgbd.decode_depth",),
         where="lesson 00, this lab: the two hints under task 1",
     ),

@@ -128,20 +128,23 @@ def _mean_distances(points: np.ndarray, k: int) -> np.ndarray:
     return out
 
 
-def _distance_cases(rng: np.random.Generator, load: Callable[[str], Any]) -> list[Case]:
+def _distance_cases(rng: np.random.Generator, load: Callable[[str], Any] | None) -> list[Case]:
     five = np.array([[0, 0, 0], [1, 0, 0], [3, 0, 0], [9, 0, 0], [10, 0, 0.0]])
     cloud = rng.uniform(0, [1, 1, 0.2], (60, 3))
     twins = rng.uniform(0, 0.5, (40, 3))
     twins[20:30] = twins[:10]  # ten points that were measured twice
     far = rng.normal(0, 0.1, (50, 3)) + [4.0, -2.0, 7.0]
-    bunny = load("stanford_bunny").clouds["bun_zipper_res4"].points.astype(float)
+    real = []
+    if load is not None:
+        bunny = load("stanford_bunny").clouds["bun_zipper_res4"].points.astype(float)
+        real = [(rng.permutation(bunny)[:400], 8, "400 points of the Stanford bunny")]
     return [
         Case({"points": points, "k": k}, {"truth": _mean_distances(points, k)}, name)
         for points, k, name in (
             (five, 2, "the five points of the lesson"),
             (cloud, 6, "60 points in a flat box"),
             (twins, 4, "40 points, ten of them twice"),
-            (rng.permutation(bunny)[:400], 8, "400 points of the Stanford bunny"),
+            *real,
             (far, 1, "50 points, the nearest other only"),
         )
     ]

@@ -1,37 +1,8 @@
-"""The wrong answers of lab 07, as learner code: what each looks like, and what to do about it."""
+"""The wrong answers of lab 07's motion from known pairs, as learner code: what each looks like, and what to do."""
 
 from __future__ import annotations
 
 from course_lib.tasks.core import Misconception
-from course_lib.tasks.mistakes import left_in, mended, swapped
-
-
-def _wrong_total(line: str, start: str = "np.eye(4)", after: str = "T") -> str:
-    return f"def accumulate(steps):\n    T = {start}\n    for step in steps:\n        T = {line}\n    return {after}\n"
-
-
-TOTAL_MISTAKES = (
-    Misconception(
-        "new step on the right",
-        "T @ step, which applies the newest step first: what happens last stands on the left, so step @ T",
-        _wrong_total("T @ step"),
-    ),
-    Misconception(
-        "inverse returned",
-        "the way back, from the target to the source: return the transform itself",
-        _wrong_total("step @ T", after="np.linalg.inv(T)"),
-    ),
-    Misconception(
-        "last step only",
-        "the newest step alone: the earlier ones have moved the source, too",
-        _wrong_total("step.copy()"),
-    ),
-    Misconception(
-        "matrices added",
-        "a sum where a product belongs: rotations do not add up, multiply the matrices",
-        _wrong_total("T + step - np.eye(4)"),
-    ),
-)
 
 
 def _wrong_fit(
@@ -40,12 +11,13 @@ def _wrong_fit(
     p: str = "source - mean_p",
     q: str = "target - mean_q",
     after: str = "T",
+    means: str = "source.mean(axis=0), target.mean(axis=0)",
 ) -> str:
     return (
         "def best_rigid(source, target):\n"
-        "    mean_p, mean_q = source.mean(axis=0), target.mean(axis=0)\n"
+        f"    mean_p, mean_q = {means}\n"
         f"    p, q = {p}, {q}\n"
-        "    U, _, Vt = np.linalg.svd(p.T @ q)\n"
+        "    U, w, Vt = np.linalg.svd(p.T @ q)\n"
         "    V = Vt.T\n"
         f"    R = {rotation}\n"
         "    T = np.eye(4)\n"
@@ -55,12 +27,26 @@ def _wrong_fit(
     )
 
 
+_BOTH = "np.vstack([source, target]).mean(axis=0)"
+_SCALED = "np.vstack([np.c_[R * w.sum() / (p**2).sum(), mean_q - R @ mean_p * w.sum() / (p**2).sum()], [0, 0, 0, 1]])"
+_AFFINE = (
+    "def best_rigid(source, target):\n"
+    "    T = np.eye(4)\n"
+    "    T[:3] = np.linalg.lstsq(np.c_[source, np.ones(len(source))], target, rcond=None)[0].T\n"
+    "    return T\n"
+)
 FIT_MISTAKES = (
     Misconception(
         "Vt taken for V",
         "NumPy's third matrix taken for V: it is Vᵀ already, so V is its transpose",
         _wrong_fit("Vt @ np.diag([1, 1, np.sign(np.linalg.det(Vt @ U.T))]) @ U.T"),
         variants=(_wrong_fit("Vt @ U.T"), _wrong_fit("Vt @ U")),
+    ),
+    Misconception(
+        "U not transposed",
+        "V U where V Uᵀ belongs: NumPy's first matrix is U, and the formula has its transpose",
+        _wrong_fit("V @ np.diag([1, 1, np.sign(np.linalg.det(V @ U))]) @ U"),
+        variants=(_wrong_fit("V @ U"),),
     ),
     Misconception(
         "transposed, and no guard",
@@ -79,6 +65,40 @@ FIT_MISTAKES = (
         variants=(_wrong_fit("V @ U.T @ np.diag([1, 1, np.sign(np.linalg.det(V @ U.T))])"),),
     ),
     Misconception(
+        "the wrong ones transposed",
+        "U and V multiplied with the wrong ones transposed: R = V Uᵀ, which is Vt.T @ U.T",
+        _wrong_fit("U @ V"),
+        variants=(
+            _wrong_fit("U.T @ V"),
+            _wrong_fit("U.T @ Vt"),
+            _wrong_fit("U @ np.diag([1, 1, np.sign(np.linalg.det(U @ V))]) @ V"),
+            _wrong_fit("U.T @ np.diag([1, 1, np.sign(np.linalg.det(U @ V))]) @ V"),
+            _wrong_fit("U.T @ np.diag([1, 1, np.sign(np.linalg.det(U @ V))]) @ Vt"),
+        ),
+    ),
+    Misconception(
+        "singular values in R",
+        "a rotation with the singular values in it: they stretch, so leave them out, R = V diag(1, 1, det) Uᵀ",
+        _wrong_fit("V @ np.diag(w) @ U.T"),
+        variants=(_wrong_fit("V @ np.diag(w * [1, 1, np.linalg.det(V @ U.T)]) @ U.T"),),
+    ),
+    Misconception(
+        "another direction flipped",
+        "a guard that flips another direction than the weakest: the singular values fall, so diag(1, 1, det)",
+        _wrong_fit("V @ np.diag([np.sign(np.linalg.det(V @ U.T)), 1, 1]) @ U.T"),
+        variants=(_wrong_fit("V @ np.diag([1, np.sign(np.linalg.det(V @ U.T)), 1]) @ U.T"),),
+    ),
+    Misconception(
+        "always flipped",
+        "V's last column flipped always: flip it only where det(V Uᵀ) is −1, or a right turn becomes a mirror",
+        _wrong_fit("V @ np.diag([1, 1, -1]) @ U.T"),
+    ),
+    Misconception(
+        "guard turned round",
+        "a guard that flips where it need not, and does not where it must: flip where det(V Uᵀ) is negative",
+        _wrong_fit("V @ np.diag([1, 1, -np.sign(np.linalg.det(V @ U.T))]) @ U.T"),
+    ),
+    Misconception(
         "rotation transposed",
         "U Vᵀ where V Uᵀ belongs, which turns the other way and still has the determinant +1",
         _wrong_fit("U @ np.diag([1, 1, np.sign(np.linalg.det(U @ V.T))]) @ V.T"),
@@ -87,6 +107,33 @@ FIT_MISTAKES = (
         "translation without R",
         "the difference of the two means: rotate the source's mean first, t = mean of target − R · mean of source",
         _wrong_fit(translation="mean_q - mean_p"),
+        variants=(_wrong_fit(translation="mean_p - mean_q"),),
+    ),
+    Misconception(
+        "turned about its own middle",
+        "a source that turns about its own mean and stays there: its mean must end at the target's",
+        _wrong_fit(translation="mean_p - R @ mean_p"),
+    ),
+    Misconception(
+        "the difference of the means turned",
+        "R · (mean of target − mean of source): R turns the mean of the source only",
+        _wrong_fit(translation="R @ (mean_q - mean_p)"),
+    ),
+    Misconception(
+        "mean of the source turned back",
+        "a shift with Rᵀ in it (mean @ R is Rᵀ mean): t = mean of target − R · mean of source",
+        _wrong_fit(translation="mean_q - mean_p @ R"),
+    ),
+    Misconception(
+        "mean of the target turned",
+        "a shift from the turned mean of the target: R belongs to the source, t = mean of target − R · mean of source",
+        _wrong_fit(translation="R @ mean_q - mean_p"),
+        variants=(_wrong_fit(translation="mean_p - R @ mean_q"), _wrong_fit(translation="mean_q @ R - mean_p")),
+    ),
+    Misconception(
+        "translation before the guard",
+        "a shift computed from the mirror: compute t after the guard, from the R that you return",
+        _wrong_fit(translation="mean_q - V @ U.T @ mean_p"),
     ),
     Misconception(
         "no reflection guard",
@@ -119,6 +166,49 @@ FIT_MISTAKES = (
         "no centring",
         "the cross-covariance of points that were not centred: subtract each cloud's mean first",
         _wrong_fit(p="source", q="target"),
+        variants=(
+            _wrong_fit(p="source", q="target", translation="0"),
+            _wrong_fit(rotation="V @ U.T", p="source", q="target", translation="0"),
+            _wrong_fit(p="source", q="target", translation="mean_q - mean_p"),
+            _wrong_fit(means=f"{_BOTH}, {_BOTH}"),
+            _wrong_fit(means=f"{_BOTH}, {_BOTH}", translation="target.mean(axis=0) - R @ source.mean(axis=0)"),
+        ),
+    ),
+    Misconception(
+        "means without axis",
+        "a mean of all numbers, or of each row, where each coordinate has its own: mean(axis=0)",
+        _wrong_fit(means="np.full(3, source.mean()), np.full(3, target.mean())"),
+        variants=(
+            _wrong_fit(
+                p="source - source.mean(axis=1)[:, None]",
+                q="target - target.mean(axis=1)[:, None]",
+            ),
+        ),
+    ),
+    Misconception(
+        "sums for means",
+        "sums in the place of the means: divide by the number of points",
+        _wrong_fit(means="source.sum(axis=0), target.sum(axis=0)"),
+    ),
+    Misconception(
+        "medians for means",
+        "medians in the place of the means: least squares belong to means",
+        _wrong_fit(means="np.median(source, axis=0), np.median(target, axis=0)"),
+    ),
+    Misconception(
+        "a scale in it",
+        "a rotation with a scale: a rigid motion keeps lengths, so R alone",
+        _wrong_fit(after=_SCALED),
+    ),
+    Misconception(
+        "an affine map",
+        "least squares for all entries, which may stretch and shear: only a rotation is allowed, so the SVD",
+        _AFFINE,
+    ),
+    Misconception(
+        "shift only",
+        "a shift with no turn at all: the rotation comes from the SVD of the centred points' cross-covariance",
+        _wrong_fit("np.eye(3)"),
     ),
     Misconception(
         "the other direction",
@@ -129,129 +219,5 @@ FIT_MISTAKES = (
         "rotation without translation",
         "a rotation about the origin with no shift: t is the mean of the target minus R times the mean of the source",
         _wrong_fit(translation="0"),
-    ),
-)
-
-
-_GIVEN_MISTAKES = {
-    "pairs": ("source", "moved", "partners looked for where the source began: look from where T has moved it"),
-    "order": ("T @ step", "step @ T", "T @ step, which applies the new step before the old ones: it stands leftmost"),
-    "fitness": (
-        "near[keep].size / max(keep.sum(), 1)",
-        "keep.sum() / len(source)",
-        "a fitness that divides by the pairs: divide by the number of source points",
-    ),
-}
-
-
-def _wrong_step(left: tuple[str, ...], reject: str = "distance <= radius", share: str = "") -> str:
-    """The given code with some of its three mistakes still in it."""
-    pairs, order, fitness = mended(_GIVEN_MISTAKES, left)
-    return (
-        "def icp_step(source, target, T, radius):\n"
-        "    moved = source @ T[:3, :3].T + T[:3, 3]\n"
-        f"    distances = np.linalg.norm({pairs}[:, None] - target[None], axis=2)\n"
-        "    near, distance = distances.argmin(axis=1), distances.min(axis=1)\n"
-        f"    keep = {reject}\n"
-        "    p, q = moved[keep], target[near[keep]]\n"
-        "    U, _, Vt = np.linalg.svd((p - p.mean(axis=0)).T @ (q - q.mean(axis=0)))\n"
-        "    guard = np.diag([1, 1, np.linalg.det(Vt.T @ U.T)])\n"
-        "    step = np.eye(4)\n"
-        "    step[:3, :3] = Vt.T @ guard @ U.T\n"
-        "    step[:3, 3] = q.mean(axis=0) - step[:3, :3] @ p.mean(axis=0)\n"
-        f'    return {{"T": {order}, "fitness": float({share or fitness})}}\n'
-    )
-
-
-MEND_MISTAKES = left_in(_GIVEN_MISTAKES, _wrong_step) + (
-    Misconception(
-        "share of the target",
-        "a fitness that divides by the target's points: it is a share of the source's",
-        _wrong_step((), share="keep.sum() / len(target)"),
-    ),
-    Misconception(
-        "radius ignored",
-        "every pair kept, however far apart: keep those whose distance is at most the radius",
-        _wrong_step((), "distance >= 0"),
-    ),
-)
-
-
-CAUSES = (
-    "rotation transposed",
-    "translation without R",
-    "no reflection guard",
-    "the inverse",
-    "stopped after one step",
-)
-CAUSE_OF = {
-    "A": "no reflection guard",
-    "B": "the inverse",
-    "C": "rotation transposed",
-    "D": "stopped after one step",
-    "E": "translation without R",
-}
-
-
-WHICH_MISTAKES = (
-    Misconception(
-        "transposed for inverse",
-        "a transposed rotation and the inverse taken for each other: with the mean where it belongs, only the rotation "
-        "is transposed; the inverse moves the mean away",
-        swapped(CAUSE_OF, CAUSES[0], CAUSES[3]),
-    ),
-    Misconception(
-        "translation for one step",
-        "a wrong translation and an early end taken for each other: a wrong translation leaves the rotation right",
-        swapped(CAUSE_OF, CAUSES[1], CAUSES[4]),
-    ),
-    Misconception(
-        "transposed for reflection",
-        "a transposed rotation and a reflection taken for each other: look at the determinant",
-        swapped(CAUSE_OF, CAUSES[0], CAUSES[2]),
-    ),
-)
-
-
-def _wrong_register(radii: str, fit: str, steps: int = 15) -> str:
-    return (
-        "from scipy.spatial import cKDTree\n"
-        "def register(source, target, normals):\n"
-        "    T, tree = np.eye(4), cKDTree(target)\n"
-        f"    for radius in {radii}:\n"
-        f"        for _ in range({steps}):\n"
-        "            p = source @ T[:3, :3].T + T[:3, 3]\n"
-        "            d, i = tree.query(p)\n"
-        "            k = d <= radius\n"
-        "            p, q, n = p[k], target[i[k]], normals[i[k]]\n"
-        "            if len(p) < 10:\n"
-        "                return T\n"
-        f"{fit}"
-        "    return T\n"
-    )
-
-
-_TO_POINTS = (
-    "            U, _, Vt = np.linalg.svd((p - p.mean(0)).T @ (q - q.mean(0)))\n"
-    "            S = np.eye(4)\n"
-    "            S[:3, :3] = Vt.T @ np.diag([1, 1, np.linalg.det(Vt.T @ U.T)]) @ U.T\n"
-    "            S[:3, 3] = q.mean(0) - S[:3, :3] @ p.mean(0)\n"
-    "            T = S @ T\n"
-)
-OPEN_MISTAKES = (
-    Misconception(
-        "one large radius",
-        "one radius, so large that strays and what has no partner pull on the result: shrink it from coarse to fine",
-        _wrong_register("[9.0]", _TO_POINTS, 40),
-    ),
-    Misconception(
-        "one small radius",
-        "one radius, smaller than the distance to begin with, so that true partners are out of reach: begin larger",
-        _wrong_register("[0.05]", _TO_POINTS, 40),
-    ),
-    Misconception(
-        "one step",
-        "a single step: pairs are better after it, so look for them again, until nothing moves",
-        _wrong_register("[1.0]", _TO_POINTS, 1),
     ),
 )

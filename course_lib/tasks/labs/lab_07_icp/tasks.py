@@ -17,15 +17,11 @@ from course_lib.geometry.transforms import apply, compose, invert, rotation_z
 from course_lib.tasks.core import Case, Task, Verdict
 from course_lib.tasks.judges import judge_band, judge_number, judge_transform, refuse, worst_of
 from course_lib.tasks.kinds import in_words, which_cause
-from course_lib.tasks.labs.lab_07_icp.mistakes import (
-    CAUSE_OF,
-    CAUSES,
-    FIT_MISTAKES,
-    MEND_MISTAKES,
-    OPEN_MISTAKES,
-    TOTAL_MISTAKES,
-    WHICH_MISTAKES,
-)
+from course_lib.tasks.labs.lab_07_icp.mistakes import FIT_MISTAKES
+from course_lib.tasks.labs.lab_07_icp.parts import parts_of_registration, parts_of_step
+from course_lib.tasks.labs.lab_07_icp.scan_mistakes import CAUSE_OF, CAUSES, OPEN_MISTAKES, WHICH_MISTAKES
+from course_lib.tasks.labs.lab_07_icp.step_mistakes import MEND_MISTAKES
+from course_lib.tasks.labs.lab_07_icp.total_mistakes import TOTAL_MISTAKES
 from course_lib.tasks.labs.lab_07_icp.two_scans import bumps, motion, two_scans
 from course_lib.tasks.plain import Plain, describe
 
@@ -142,12 +138,12 @@ def _real_step_case(rng: np.random.Generator, load: Callable[[str], Any]) -> Cas
     return _stepped(source, target, compose(off, reference), 0.006, "two raw scans of the bunny")
 
 
-def _step_cases(rng: np.random.Generator, load: Callable[[str], Any]) -> list[Case]:
+def _step_cases(rng: np.random.Generator, load: Callable[[str], Any] | None) -> list[Case]:
     return [
         _step_case(rng, 0.2, rng.uniform(15, 30), 30, "strays above the surface"),
         _step_case(rng, 0.12, rng.uniform(15, 30), 10, "a small radius"),
         _step_case(rng, 0.3, rng.uniform(30, 45), 60, "a large turn so far, many strays"),
-        _real_step_case(rng, load),
+        *([] if load is None else [_real_step_case(rng, load)]),
     ]
 
 
@@ -253,6 +249,7 @@ TASKS = (
         cases=_step_cases,
         judge=_judge_step,
         misconceptions=MEND_MISTAKES,
+        anatomy=parts_of_step,
         hides=_HIDDEN,
         data=("stanford_bunny",),
         where="lesson 07, sections 2 (closest points, again and again) and 4 (what the fitness is a share of)",
@@ -276,6 +273,7 @@ TASKS = (
         cases=lambda rng: [_open_case(rng)],
         judge=_judge_open,
         misconceptions=OPEN_MISTAKES,
+        anatomy=parts_of_registration,
         may_call=("numpy", "scipy"),
         hides=_HIDDEN,
         guess=_guess_open,
