@@ -134,6 +134,11 @@ def focal_anatomy(case: Case, answer: Plain) -> Found | None:
             f"It is {by}, which no single thing says: the estimate of each is wrong before a middle is taken, or "
             "things are in it that are not possible (length² − Δz² below 0)."
         )
+    if abs(said / true - 1) < 0.04:
+        return "near, not yet right", (
+            f"It is {by}: near, but some nonsense things still count, or each estimate is a little wrong "
+            "(a depth of its own for each end?)."
+        )
     if said > 1.4 * true:
         return (
             "far too large",
