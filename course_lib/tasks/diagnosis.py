@@ -12,7 +12,7 @@ import numpy as np
 from course_lib.tasks.agreement import near, same_kind
 from course_lib.tasks.anatomy import always_the_same, anatomy
 from course_lib.tasks.core import Case, Misconception, Task, Verdict
-from course_lib.tasks.forms import form_problem
+from course_lib.tasks.forms import form_problem, gap_problem
 from course_lib.tasks.plain import Plain
 from course_lib.tasks.recognition import Wrong, known_of, recognise, recognise_several, wrong_of
 from course_lib.tasks.running import Outcome, run
@@ -97,14 +97,18 @@ def _values(
         words = ", or like ".join([*(other.rstrip("?") for other in others), last])
         end = "" if last.endswith("?") else "."
         return Diagnosis("slip", tuple(slip.name for slip in slips), f"This looks like {words}{end}")
-    several = recognise_several(task, cases, outcomes, verdicts)
+    several = () if task.kind == "open" else recognise_several(task, cases, outcomes, verdicts)  # draws are of one kind
     if several:
         return _mistakes(several, ", and in another case like ")
-    if any(
-        not v.passed and not math.isfinite(v.error) and o.kind != "raised"
-        for v, o in zip(verdicts, outcomes, strict=True)
-    ):
-        return Diagnosis("form", ("as the judge says",), "")
+    refused = [
+        i
+        for i, v in enumerate(verdicts)
+        if not v.passed and not math.isfinite(v.error) and outcomes[i].kind != "raised"
+    ]
+    if refused:
+        gaps = [gap_problem(answers[i], cases[i].hidden.get("truth")) for i in refused]
+        name, says = next((gap for gap in gaps if gap), ("as the judge says", ""))
+        return Diagnosis("form", (name,), says)
     found = anatomy(task, cases, answers, verdicts)
     return Diagnosis("anatomy", (found[0],), found[1]) if found else None
 
@@ -133,6 +137,8 @@ def _slips(
             wrongs = (_slipped(task, case, lambda c, s=slip: s.apply(c.truth)) for case, *_ in some)
             if _fits(task, wrongs, some):
                 fitting.append(slip)
+    if any(slip.name == "cut to whole numbers" for slip in fitting):  # then nothing has overflowed
+        fitting = [slip for slip in fitting if not slip.name.endswith("overflow")]
     if fitting:
         return fitting
     for slip in input_slips(cases[first].given):
