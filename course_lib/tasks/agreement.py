@@ -41,7 +41,7 @@ def _agree(a: np.ndarray, b: np.ndarray, tolerance: float) -> bool:
         return bool((a == b).all())
     a, b = a.astype(np.float64), b.astype(np.float64)
     with np.errstate(invalid="ignore"):
-        near = (a == b) | (np.abs(a - b) <= np.maximum(tolerance, 1e-5 * np.abs(b)))
+        near = (a == b) | (np.isfinite(b) & (np.abs(a - b) <= np.maximum(tolerance, 1e-5 * np.abs(b))))
     return bool((near | (np.isnan(a) & np.isnan(b))).all())
 
 

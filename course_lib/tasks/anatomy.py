@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from course_lib.tasks.core import Case, Task, Verdict, middle_of
+from course_lib.tasks.forms import NAN_ALWAYS, of_gaps
 from course_lib.tasks.named_errors import ALL_ZERO, SIGN_IN_SOME, Found, all_zero, part_of
 from course_lib.tasks.plain import Plain, describe, same
 from course_lib.tasks.wording import quantity
@@ -58,6 +59,8 @@ def always_the_same(cases: Sequence[Case], answers: Sequence[Plain]) -> Found | 
     if all(same(answer, answers[0], 1e-12) for answer in answers) and not all(
         same(case.truth, cases[0].truth, 1e-12) for case in cases
     ):
+        if isinstance(answers[0], float) and math.isnan(answers[0]):
+            return NAN_ALWAYS
         value = f", {describe(answers[0])}" if isinstance(answers[0], (int, float, str)) else ""
         return "always the same", f"The answer is the same{value} in every case, whatever the function is given."
     return None
@@ -82,7 +85,7 @@ def _of_arrays(pairs: list[tuple[np.ndarray, np.ndarray]], worst: int, unit: str
     floats = [(x.astype(float), y.astype(float)) for x, y in pairs]
     a, t = floats[worst]
     if (np.isnan(a) != np.isnan(t)).any():
-        return _of_holes(a, t)
+        return of_gaps(a, t)
     known = [np.isfinite(x) & np.isfinite(y) for x, y in floats]
     off = [(x - y)[k] for (x, y), k in zip(floats, known, strict=True)]
     found = None
@@ -95,7 +98,8 @@ def _of_arrays(pairs: list[tuple[np.ndarray, np.ndarray]], worst: int, unit: str
             "rows in another order",
             "The right rows, in another order: row by row and column by column are exchanged, or something was sorted.",
         )
-    return found or _of_places(floats, a, t) or _of_side(np.concatenate(off) if t.size == 1 else off[worst], unit)
+    found = found or of_rounding(a, t) or _of_places(floats, a, t)
+    return found or _of_side(np.concatenate(off) if t.size == 1 else off[worst], unit)
 
 
 def _rows(table: np.ndarray) -> list[bytes]:
@@ -218,23 +222,6 @@ def _of_masks(pairs: list[tuple[np.ndarray, np.ndarray]]) -> Found | None:
     return None
 
 
-def _of_holes(a: np.ndarray, t: np.ndarray) -> Found | None:
-    lost, filled = np.isnan(a) & ~np.isnan(t), ~np.isnan(a) & np.isnan(t)
-    if filled.any() and not lost.any():
-        values = a[filled]
-        words = f", always {values[0]:g}" if np.ptp(values) == 0 else ""
-        return (
-            "holes filled",
-            f"Where nothing was measured stands a number ({filled.sum():,} times{words}) instead of NaN.",
-        )
-    if lost.any() and not filled.any():
-        return (
-            "values lost",
-            f"NaN stands where a number belongs ({lost.sum():,} times): is there a division by 0, or 0 / 0?",
-        )
-    return "holes moved", "The places of NaN are wrong: rows and columns, or the order, may be exchanged."
-
-
 def _of_places(pairs: list[tuple[np.ndarray, np.ndarray]], a: np.ndarray, t: np.ndarray) -> Found | None:
     """Where the errors are: below zero, at the border, in one row, in a part, growing with the size."""
     wrong = _wrong(a, t)
@@ -246,7 +233,8 @@ def _of_places(pairs: list[tuple[np.ndarray, np.ndarray]], a: np.ndarray, t: np.
                 "only below zero",
                 "Only values below 0 are wrong: think of what abs(), int() or a cut at 0 does to them.",
             )
-        if bad.any() and not bad.all() and (true[bad] > 0).all() and (true[~bad] <= 0).all():
+        both = bad.any() and not bad.all() and (true < 0).any()  # where nothing is negative, 0 often means no data
+        if both and (true[bad] > 0).all() and (true[~bad] <= 0).all():
             return "only above zero", "Only values above 0 are wrong."
     count, size = int(wrong.sum()), wrong.size
     if count == 0 or size < 8:
@@ -278,6 +266,17 @@ def _wrong(a: np.ndarray, t: np.ndarray) -> np.ndarray:
     with np.errstate(invalid="ignore"):
         off = np.nan_to_num(np.abs(a - t), posinf=0)
     return off > 1e-6 * max(1.0, float(np.abs(t[np.isfinite(t)]).max(initial=0)))
+
+
+def of_rounding(a: np.ndarray, t: np.ndarray) -> Found | None:
+    """Whether numbers are the right ones with fewer digits."""
+    a, t = a[np.isfinite(a) & np.isfinite(t)], t[np.isfinite(a) & np.isfinite(t)]
+    for step in (100.0, 10.0, 1.0, 0.1, 0.01, 0.001):
+        whole = a.size and np.abs(t).max() > 2 * step and np.abs(a - step * np.round(a / step)).max() <= 1e-6 * step
+        between = a.size and np.abs(t - step * np.round(t / step)).max() > 0.01 * step
+        if whole and between and np.abs(a - t).max() < step:
+            return "rounded", f"The values are right, but rounded or cut to {step:g}: keep all digits."
+    return None
 
 
 def _of_side(off: np.ndarray, unit: str) -> Found | None:

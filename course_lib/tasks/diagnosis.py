@@ -12,15 +12,14 @@ import numpy as np
 from course_lib.tasks.agreement import near, same_kind
 from course_lib.tasks.anatomy import always_the_same, anatomy
 from course_lib.tasks.core import Case, Misconception, Task, Verdict
-from course_lib.tasks.forms import COUNTS, form_problem
-from course_lib.tasks.named_errors import error_of_choices, part_of
+from course_lib.tasks.forms import COUNTS, form_problem, gap_problem
+from course_lib.tasks.named_errors import part_of
 from course_lib.tasks.plain import Plain, same
 from course_lib.tasks.recognition import Wrong, known_of, recognise, recognise_several, wrong_of
 from course_lib.tasks.running import Outcome, run
-from course_lib.tasks.slips import WHOLE, Slip, answer_slips, input_slips
+from course_lib.tasks.slips import Slip, answer_slips, input_slips
 
 UNKNOWN = "It is not a mistake that this check knows."
-WHOLE_NAMES = {name for _, name, _ in WHOLE}
 MANY = 3
 """If so many slips of the inputs fit, none of them is what happened."""
 
@@ -110,7 +109,7 @@ def _values(
         words = ", or like ".join([*(other.rstrip("?") for other in others), last])
         end = "" if last.endswith("?") else "."
         return Diagnosis("slip", tuple(slip.name for slip in slips), f"This looks like {words}{end}")
-    several = recognise_several(task, cases, outcomes, verdicts)
+    several = () if task.kind == "open" else recognise_several(task, cases, outcomes, verdicts)  # draws are of one kind
     if several:
         return _mistakes(several, ", and in another case like ")
     refused = [
@@ -120,9 +119,12 @@ def _values(
     ]
     if refused:
         asked = (part_of(task, cases[i], answers[i], refused=True) for i in refused if answers[i] is not None)
-        found = next(filter(None, asked), None)
-        return Diagnosis("anatomy", *_told(found)) if found else form or Diagnosis("form", ("as the judge says",), "")
-    found = anatomy(task, cases, answers, verdicts) or error_of_choices(answers[0], cases[0].hidden.get("truth"))
+        if found := next(filter(None, asked), None):
+            return Diagnosis("anatomy", *_told(found))
+        gaps = (gap_problem(answers[i], cases[i].hidden.get("truth")) for i in refused)
+        gap = next(filter(None, gaps), None)
+        return Diagnosis("form", *_told(gap)) if gap else form or Diagnosis("form", ("as the judge says",), "")
+    found = anatomy(task, cases, answers, verdicts)
     return Diagnosis("anatomy", *_told(found)) if found else None
 
 
@@ -157,7 +159,7 @@ def _slips(
             wrongs = (_slipped(task, case, lambda c, s=slip: s.apply(c.truth)) for case, *_ in some)
             if _fits(task, wrongs, some):
                 fitting.append(slip)
-    if any(slip.name in WHOLE_NAMES for slip in fitting):  # what is cut to whole numbers also fits every small overflow
+    if any(slip.name == "cut to whole numbers" for slip in fitting):  # then nothing has overflowed
         fitting = [slip for slip in fitting if not slip.name.endswith("overflow")]
     if fitting:
         return fitting

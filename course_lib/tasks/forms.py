@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -30,6 +31,85 @@ def form_problem(answer: Plain, truth: Plain) -> tuple[str, str] | None:
     if isinstance(truth, (int, float)) and not isinstance(truth, bool):
         return _of_number(answer, truth)
     return None
+
+
+NAN_ALWAYS = (
+    "NaN",
+    "NaN came back: it comes from the root of a negative number or from 0 / 0, and a mean, a median or a largest value "
+    "of numbers with NaN among them is NaN, too.",
+)
+
+
+def gap_problem(answer: Plain, truth: Plain) -> tuple[str, str] | None:
+    """What NaN and infinity in an answer say that should not be there; of a dict, also what its parts' forms say."""
+    if isinstance(truth, Mapping):
+        if not isinstance(answer, Mapping) or set(answer) != set(truth):
+            return None
+        for key, part in truth.items():
+            found = form_problem(answer[key], part) or gap_problem(answer[key], part)
+            if found:
+                return f"{found[0]} in {key!r}", f"In {key!r}: {found[1]}"
+        return None
+    if isinstance(answer, float) and isinstance(truth, (int, float)):
+        return NAN_ALWAYS if math.isnan(answer) and not math.isnan(truth) else None
+    if not isinstance(answer, (np.ndarray, list)) or not isinstance(truth, np.ndarray):
+        return None
+    try:
+        a = np.asarray(answer)
+    except ValueError:
+        return None
+    if a.dtype.kind not in "iuf" or truth.dtype.kind not in "iuf" or a.shape != truth.shape:
+        return None
+    return of_gaps(a.astype(float), truth.astype(float))
+
+
+def of_gaps(a: np.ndarray, t: np.ndarray) -> tuple[str, str] | None:
+    """What NaN and infinity in numbers say, of the same shape as the true ones."""
+    lost, filled = np.isnan(a) & ~np.isnan(t), ~np.isnan(a) & np.isnan(t)
+    if filled.any() and not lost.any():
+        values = a[filled]
+        words = f", always {values[0] + 0.0:g}" if np.ptp(values) == 0 else ""
+        return (
+            "holes filled",
+            f"Where nothing was measured stands a number ({filled.sum():,} times{words}) instead of NaN.",
+        )
+    if lost.any() and not filled.any():
+        if (t[lost] == 0).all():
+            return (
+                "NaN for 0",
+                f"NaN stands where 0 is asked ({lost.sum():,} times), and nowhere else: keep the 0 there.",
+            )
+        if _farthest(t, lost):
+            return (
+                "cut off",
+                f"NaN stands where the largest values belong, and only there ({lost.sum():,} times): is something cut "
+                "off at a limit?",
+            )
+        return (
+            "values lost",
+            f"NaN stands where a number belongs ({lost.sum():,} times): is there the root of a negative number, a "
+            "division by 0, or 0 / 0?",
+        )
+    if lost.any():
+        return "holes moved", "The places of NaN are wrong: rows and columns, or the order, may be exchanged."
+    endless = np.isinf(a) & ~np.isinf(t)
+    if endless.any():
+        return (
+            "infinite",
+            f"Infinity stands in {endless.sum():,} places: is there a division by 0, or was a stand-in for what is "
+            "missing never taken out?",
+        )
+    return None
+
+
+def _farthest(t: np.ndarray, lost: np.ndarray) -> bool:
+    """Whether what is lost is what is beyond a limit, in one of the numbers of each row."""
+    if t.ndim > 1 and t.shape[-1] <= 4:
+        t, lost = t.reshape(-1, t.shape[-1]), lost.reshape(-1, t.shape[-1]).any(axis=1)
+    else:
+        t, lost = t.reshape(-1, 1), lost.reshape(-1)
+    left = t[~lost & ~np.isnan(t).any(axis=1)]
+    return lost.sum() > 1 and len(left) > 0 and bool((t[lost].min(axis=0) > left.max(axis=0)).any())
 
 
 def _kind(truth: Plain) -> str:
@@ -137,12 +217,10 @@ def _of_shape(answer: np.ndarray, truth: np.ndarray) -> tuple[str, str] | None:
         call = ".T" if len(got) == 2 else f"np.moveaxis: {got} to {asked}"
         return "axes in another order", f"The axes stand in another order: {got} for {asked}; use {call}, not reshape."
     if answer.size == truth.size:
-        if len(got) > len(asked):
-            return (
-                "one axis too many",
-                f"The numbers stand in {got} where {asked} is asked: .reshape{asked} puts them so.",
-            )
-        return "one axis too few", f"The numbers stand in {got} where {asked} is asked: .reshape{asked} puts them so."
+        name = "one axis too many" if len(got) > len(asked) else "one axis too few"
+        fits = np.allclose(answer.reshape(asked), truth, rtol=1e-3, atol=1e-6, equal_nan=truth.dtype.kind == "f")
+        ends = f".reshape{asked} puts them so." if fits else "a reshape alone does not put them in order."
+        return name, f"The numbers stand in {got} where {asked} is asked: {ends}"
     if len(got) == len(asked) and got[1:] == asked[1:]:
         if got[0] < asked[0]:
             return (
@@ -164,5 +242,14 @@ def _of_shape(answer: np.ndarray, truth: np.ndarray) -> tuple[str, str] | None:
         return (
             "not chosen",
             f"{got} came back where {asked} is asked: a norm, a mean or a choice along one axis is missing.",
+        )
+    if len(got) + 1 == len(asked) and got[1:] == asked[2:] and got[0] < asked[0] * asked[1]:
+        return "picked out", (
+            f"{got[0]:,} came back where {asked} is asked: a mask picks some out, and the rows and columns are lost; "
+            "np.where keeps all places."
+        )
+    if len(got) == len(asked) + 1 and got[2:] == asked[1:] and got[0] * got[1] > asked[0]:
+        return "not picked out", (
+            f"All {got[0]:,}x{got[1]:,} came back where {asked[0]:,} are asked: pick them out, with one mask for all."
         )
     return None

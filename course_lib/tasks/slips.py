@@ -103,7 +103,7 @@ def _numeric(truth: np.ndarray) -> Iterator[Slip]:
         size = "1" if abs(step) == 1 else "a half"
         words = f"{size} {'more' if step > 0 else 'less'} than right: is something counted from 1, or from an edge?"
         yield Slip(name, words, lambda t, s=step: t + s)
-    for cut, name, words in WHOLE:
+    for cut, name, words in WHOLE if truth.dtype.kind == "f" else ():
         yield Slip(name, words, lambda t, c=cut: c(t))
     for kind, name, words in TYPES:
         yield Slip(name, words, lambda t, k=kind: np.asarray(t, float).astype(np.int64).astype(k))
@@ -112,7 +112,8 @@ def _numeric(truth: np.ndarray) -> Iterator[Slip]:
     yield Slip("upside down", "1 divided by the right value: a quotient is upside down", lambda t: 1 / t)
     yield Slip("1 minus it", "1 minus the right value: the opposite share", lambda t: 1 - t)
     yield Slip("the size only", "the right value without its sign: abs() took it away", np.abs)
-    yield Slip("16-bit floats", "floats of 16 bits, which keep three digits", lambda t: np.asarray(t, np.float16))
+    if truth.dtype.kind == "f":
+        yield Slip("16-bit floats", "floats of 16 bits, which keep three digits", lambda t: np.asarray(t, np.float16))
 
 
 def _of_mask() -> Iterator[Slip]:

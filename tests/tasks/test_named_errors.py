@@ -1,33 +1,10 @@
 """Errors that are told without comparing number by number, and forms that say least."""
 
 import numpy as np
-import pytest
 
 from course_lib import tasks
 from course_lib.tasks.forms import COUNTS, form_problem
-from course_lib.tasks.named_errors import all_zero, error_of_choices
-
-TRUTH = dict(zip("ABCDE", ("one", "two", "three", "four", "five"), strict=True))
-
-
-@pytest.mark.parametrize(
-    ("order", "name"),
-    [
-        ("two three one four five", "in a ring"),
-        ("two one four three five", "several exchanged"),
-        ("two two three four five", "one choice twice"),
-        ("two two four four five", "choices used twice"),
-    ],
-)
-def test_choices(order, name):
-    found = error_of_choices(dict(zip("ABCDE", order.split(), strict=True)), TRUTH)
-    assert found is not None
-    assert found[0] == name
-
-
-def test_what_is_no_dict_of_choices_is_nothing():
-    assert error_of_choices([1, 2], TRUTH) is None
-    assert error_of_choices({"A": "one"}, TRUTH) is None
+from course_lib.tasks.named_errors import all_zero
 
 
 def test_all_zero():

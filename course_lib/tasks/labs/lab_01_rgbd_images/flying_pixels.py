@@ -9,6 +9,7 @@ import numpy as np
 
 from course_lib.tasks.core import Case, Misconception, Task, Verdict
 from course_lib.tasks.judges import judge_array, judge_band, refuse
+from course_lib.tasks.labs.lab_01_rgbd_images.parts import flying_anatomy
 from course_lib.tasks.plain import Plain
 
 
@@ -75,7 +76,10 @@ def _judge_flying(case: Case, answer: Plain) -> Verdict:
 
 def _mask_distance(case: Case, a: Plain, b: Plain) -> float:
     a, b = np.asarray(a), np.asarray(b)
-    return float(100 * (a != b).mean()) if a.shape == b.shape and a.size else np.inf
+    if a.shape != b.shape or a.dtype.kind != "b" or b.dtype.kind != "b":
+        return np.inf
+    other = float((a != b).sum())
+    return max(100 * other / a.size, 20 * other / max(float((a | b).sum()), 1.0))  # of all, and of what either marks
 
 
 def _guess(rng: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:
@@ -101,6 +105,22 @@ def _guess(rng: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:
 _FLYING = "def flying_pixels(depth):\n    h, w = depth.shape\n    padded = np.pad(depth, 1)\n"
 _WINDOWS = "[padded[dv:dv + h, du:du + w] for dv in range(3) for du in range(3)]"
 
+
+def _mean(mean: str, limit: str = "0.018 * depth**2") -> str:
+    return _FLYING + f"    mean = {mean}\n    return (depth > 0) & (abs(depth - mean) > {limit})\n"
+
+
+def _support(limit: str, least: str = "support <= 1", reach: int = 1, own: str = " - 1", end: str = "") -> str:
+    """The hint's method: too few neighbours within a limit."""
+    span = f"range({2 * reach + 1})"
+    return (
+        f"def flying_pixels(depth):\n    h, w = depth.shape\n    padded = np.pad(depth, {reach})\n"
+        f"    windows = [padded[dv:dv + h, du:du + w] for dv in {span} for du in {span}]\n"
+        f"    support = sum((abs(z - depth) <= {limit}) & (z > 0) for z in windows){own}\n"
+        f"    return {end or '(depth > 0) & '}({least})\n"
+    )
+
+
 TASK = Task(
     id="01-5",
     title="Catch the flying pixels",
@@ -111,6 +131,7 @@ TASK = Task(
     cases=_flying_cases,
     judge=_judge_flying,
     distance=_mask_distance,
+    anatomy=flying_anatomy,
     guess=_guess,
     misconceptions=(
         Misconception(
@@ -123,6 +144,11 @@ TASK = Task(
             "the mask turned round: True is for the flying pixels, the few",
             _FLYING + f"    support = sum((abs(z - depth) < 0.02 * depth**2) & (z > 0) for z in {_WINDOWS}) - 1\n"
             "    return (depth > 0) & (support > 2)\n",
+            variants=(
+                _support("0.018 * depth**2", "support > 1"),
+                _support("0.018 * depth**2", "support > 2"),
+                _support("0.018 * depth**2", "support > 4", reach=2),
+            ),
         ),
         Misconception(
             "whole outlines marked",
@@ -131,13 +157,85 @@ TASK = Task(
             "    return (depth > 0) & (jump > 0.5)\n",
         ),
         Misconception(
+            "one limit for all depths",
+            "one limit for near and far: the noise grows with the square of the depth, so let the limit grow with it",
+            _support("0.018"),
+            variants=tuple(_support(limit) for limit in ("0.003", "0.006", "0.01")),
+        ),
+        Misconception(
+            "a limit that grows with z",
+            "a limit that grows with the depth and not with its square: far away the noise is marked",
+            _support("0.018 * depth"),
+            variants=(_support("0.006 * depth"), _support("0.01 * depth")),
+        ),
+        Misconception(
+            "one far neighbour is enough",
+            "every pixel marked that has one neighbour at another depth: good ones at outlines have some, too; count "
+            "those at its own depth",
+            _support("0.018 * depth**2", "support < 8"),
+            variants=(_support("0.018 * depth**2", "support < 7"), _support("0.018 * depth**2", "support <= 5")),
+        ),
+        Misconception(
+            "a limit within the noise",
+            "a limit of once the noise or less: a third of the good neighbours differ by more, so allow three times it",
+            _support("0.006 * depth**2"),
+            variants=(_support("0.003 * depth**2"), _support("0.002 * depth**2")),
+        ),
+        Misconception(
+            "a limit far above the noise",
+            "a limit far above the noise, so that flying pixels, too, have neighbours within it: three times the noise "
+            "is enough",
+            _support("0.1 * depth**2"),
+            variants=(_support("0.06 * depth**2"), _support("0.018 * depth**3"), _support("0.2 * depth**2")),
+        ),
+        Misconception(
+            "the size of the difference forgotten",
+            "a difference without abs(): every neighbour that is much nearer counts as near, too",
+            _support("0.018 * depth**2").replace("abs(z - depth)", "(z - depth)"),
+            variants=(_support("0.018 * depth**2").replace("abs(z - depth)", "(depth - z)"),),
+        ),
+        Misconception(
+            "too many neighbours asked",
+            "pixels marked that have several neighbours at their own depth: at a corner good ones have no more, mark "
+            "those with one or none",
+            _support("0.018 * depth**2", "support <= 4"),
+            variants=(_support("0.018 * depth**2", "support <= 3"),),
+        ),
+        Misconception(
+            "itself counted",
+            "the pixel itself counted among its neighbours: it is always near itself, so nearly none is left to it",
+            _support("0.018 * depth**2", own=""),
+        ),
+        Misconception(
+            "compared with a mean",
+            "each pixel compared with the mean of its neighbours: at an outline that mean hangs in mid-air; count "
+            "neighbours at its own depth",
+            _mean(f"sum({_WINDOWS}) / 9"),
+            variants=(
+                _mean(f"(sum({_WINDOWS}) - depth) / 8"),
+                _mean(f"sum({_WINDOWS}) / np.maximum(sum((z > 0) for z in {_WINDOWS}), 1)"),
+                _mean(f"sum({_WINDOWS}) / 9", "0.1"),
+                _mean(f"sum({_WINDOWS}) / 9", "0.05 * depth"),
+            ),
+        ),
+        Misconception(
+            "the whole image's mean",
+            "depths far from the mean of the whole image: a flying pixel is odd among its neighbours, not among all",
+            _FLYING + "    held = depth[depth > 0]\n    off = abs(depth - held.mean()) / held.std()\n"
+            "    return (depth > 0) & (off > 2)\n",
+            variants=(
+                _FLYING + "    held = depth[depth > 0]\n    off = abs(depth - held.mean()) / held.std()\n"
+                "    return (depth > 0) & (off > 1)\n",
+            ),
+        ),
+        Misconception(
             "everything marked",
             "every measured pixel marked: recall is perfect and precision is almost nothing",
             "def flying_pixels(depth):\n    return depth > 0\n",
         ),
         Misconception(
             "nothing marked",
-            "no pixel marked: precision cannot save a recall of zero",
+            "no pixel marked: is a limit far too wide (6 mm are 0.006 m), or a condition never true",
             "def flying_pixels(depth):\n    return np.zeros(depth.shape, bool)\n",
         ),
     ),

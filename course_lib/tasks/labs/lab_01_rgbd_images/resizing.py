@@ -6,6 +6,7 @@ import numpy as np
 
 from course_lib.tasks.core import Case, Misconception, Task, Verdict
 from course_lib.tasks.judges import judge_array, quantity, refuse
+from course_lib.tasks.labs.lab_01_rgbd_images.parts import half_anatomy
 from course_lib.tasks.labs.lab_01_rgbd_images.wall import MILLIMETRE, wall_with_things
 from course_lib.tasks.plain import Plain
 
@@ -61,6 +62,23 @@ def _half_distance(case: Case, a: Plain, b: Plain) -> float:
 _HALF = "def half_size(depth):\n    h, w = depth.shape\n    blocks = depth.reshape(h // 2, 2, w // 2, 2)\n"
 
 
+def _each(calls: str, wheres: tuple[str, ...]) -> tuple[str, ...]:
+    """The same slip with each of some calls and axes."""
+    return tuple(_HALF + f"    return blocks.{call}(axis={where})\n" for call in calls.split() for where in wheres)
+
+
+_AXES = _each("max min mean", ("(0, 2)", "(2, 3)", "(0, 1)"))
+_ONE_AXIS = _each("max min mean", ("1", "3"))
+_MEASURED = (
+    "    some = (blocks > 0).any(axis=(1, 3), keepdims=True)\n"
+    "    b = np.where(blocks > 0, blocks, np.where(some, np.nan, 0))\n"
+)
+_OTHER_BLOCKS = tuple(
+    "def half_size(depth):\n    h, w = depth.shape\n"
+    f"    return depth.reshape(h // 2, w // 2, 2, 2).{call}(axis=(2, 3))\n"
+    for call in ("max", "min", "mean")
+)
+
 TASK = Task(
     id="01-3",
     title="Mend the small depth image",
@@ -71,6 +89,7 @@ TASK = Task(
     cases=_half_cases,
     judge=_judge_half,
     distance=_half_distance,
+    anatomy=half_anatomy,
     misconceptions=(
         Misconception(
             "mixed",
@@ -94,9 +113,59 @@ TASK = Task(
             _HALF + "    return np.median(blocks, axis=(1, 3))\n",
         ),
         Misconception(
+            "median of the measured ones",
+            "the median of the measured ones: of two or four it is the mean of the middle two, which mixes again",
+            _HALF + _MEASURED + "    return np.nanmedian(b, axis=(1, 3))\n",
+        ),
+        Misconception(
+            "infinity left",
+            "infinity in the place of zeros, never taken back: where all four are 0 the result is 0",
+            _HALF + "    return np.where(blocks > 0, blocks, np.inf).min(axis=(1, 3))\n",
+        ),
+        Misconception(
+            "other axes",
+            "a choice along other axes: (h/2, 2, w/2, 2) has the four of a pixel on axes 1 and 3",
+            _AXES[0],
+            variants=_AXES[1:],
+        ),
+        Misconception(
+            "one axis only",
+            "a choice along one axis only: the four of a pixel stand on both axes of length 2, 1 and 3",
+            _ONE_AXIS[0],
+            variants=_ONE_AXIS[1:],
+        ),
+        Misconception(
+            "not its own four",
+            "four numbers that follow each other in memory: these lie in one row, so keep (h/2, 2, w/2, 2)",
+            _OTHER_BLOCKS[0],
+            variants=_OTHER_BLOCKS[1:],
+        ),
+        Misconception(
+            "two of the four",
+            "the larger of two of the four: all four are to be asked, or holes stay where a neighbour was measured",
+            "def half_size(depth):\n    return np.maximum(depth[::2, ::2], depth[1::2, ::2])\n",
+            variants=(
+                "def half_size(depth):\n    return np.maximum(depth[::2, ::2], depth[::2, 1::2])\n",
+                "def half_size(depth):\n    return np.maximum(depth[::2, ::2], depth[1::2, 1::2])\n",
+            ),
+        ),
+        Misconception(
+            "not made smaller",
+            "the image in its own size: half the height and half the width are asked",
+            "def half_size(depth):\n    return depth\n",
+        ),
+        Misconception(
+            "a quarter cut out",
+            "a quarter of the image cut out: every part of it belongs into the small one",
+            "def half_size(depth):\n    h, w = depth.shape\n    return depth[:h // 2, :w // 2]\n",
+        ),
+        Misconception(
             "every second pixel",
             "every second pixel: never a mixture, but a hole where a neighbour was measured",
             "def half_size(depth):\n    return depth[::2, ::2]\n",
+            variants=tuple(
+                f"def half_size(depth):\n    return depth[{i}::2, {j}::2]\n" for i, j in ((0, 1), (1, 0), (1, 1))
+            ),
         ),
     ),
     hides=("course_lib.camera.rgbd.resize_depth",),

@@ -7,10 +7,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from course_lib.tasks.core import Case, Misconception, Task
+from course_lib.tasks.core import Case, Task
 from course_lib.tasks.judges import judge_array
 from course_lib.tasks.kinds import in_words, which_cause
 from course_lib.tasks.labs.lab_01_rgbd_images import flying_pixels, resizing
+from course_lib.tasks.labs.lab_01_rgbd_images.causes import CAUSE_OF, SIGNS, WHICH_MISTAKES
+from course_lib.tasks.labs.lab_01_rgbd_images.mistakes import ENCODING_MISTAKES, RANGE_MISTAKES
+from course_lib.tasks.labs.lab_01_rgbd_images.parts import encoding_anatomy, range_anatomy
 from course_lib.tasks.labs.lab_01_rgbd_images.wall import MILLIMETRE, wall_with_things
 
 # Task 1: from depth to range
@@ -34,8 +37,6 @@ def _range_cases(rng: np.random.Generator) -> list[Case]:
     return cases
 
 
-_RANGE = "def range_from_depth(depth, f, cx, cy):\n    v, u = np.indices(depth.shape)\n    return "
-
 _TASK_1 = Task(
     id="01-1",
     title="From depth to range",
@@ -45,43 +46,8 @@ _TASK_1 = Task(
     signature="def range_from_depth(depth, f, cx, cy)",
     cases=_range_cases,
     judge=lambda case, answer: judge_array(answer, case.truth, MILLIMETRE, "m", what="the range"),
-    misconceptions=(
-        Misconception(
-            "depth for range",
-            "depth handed back as it came: z is one side of the triangle, the string is the long one",
-            _RANGE + "depth\n",
-        ),
-        Misconception(
-            "square root forgotten",
-            "the squares added up, but no root taken: it would be right for (range / z) squared",
-            _RANGE + "depth * (1 + ((u - cx) / f) ** 2 + ((v - cy) / f) ** 2)\n",
-        ),
-        Misconception(
-            "rows for columns",
-            "u and v exchanged: u counts columns and goes with cx, v counts rows and goes with cy",
-            _RANGE + "depth * np.sqrt(1 + ((v - cx) / f) ** 2 + ((u - cy) / f) ** 2)\n",
-        ),
-        Misconception(
-            "principal point forgotten",
-            "pixels counted from the image's corner: subtract cx from u and cy from v first",
-            _RANGE + "depth * np.sqrt(1 + (u / f) ** 2 + (v / f) ** 2)\n",
-        ),
-        Misconception(
-            "one direction only",
-            "only columns used: the string also runs up or down, so v belongs in the root too",
-            _RANGE + "depth * np.sqrt(1 + ((u - cx) / f) ** 2)\n",
-        ),
-        Misconception(
-            "pixels added to metres",
-            "pixels squared added to metres squared: divide u - cx and v - cy by f first",
-            _RANGE + "np.where(depth > 0, np.sqrt(depth ** 2 + (u - cx) ** 2 + (v - cy) ** 2), 0)\n",
-        ),
-        Misconception(
-            "range to depth",
-            "a division where a multiplication belongs: the string is longer than z, never shorter",
-            _RANGE + "depth / np.sqrt(1 + ((u - cx) / f) ** 2 + ((v - cy) / f) ** 2)\n",
-        ),
-    ),
+    misconceptions=RANGE_MISTAKES,
+    anatomy=range_anatomy,
     hides=("course_lib.camera.pinhole.pixel_rays", "course_lib.camera.pinhole.deproject"),
     where="lesson 01, section 2 (depth is z, not range)",
 )
@@ -109,20 +75,6 @@ def _encoding_cases(rng: np.random.Generator) -> list[Case]:
     return cases
 
 
-def _encoding(
-    sun: str = "(raw >> 3) | (raw << 13)",
-    overflow: str = "np.where(raw == 65535, 0, raw)",
-    steps: str = '{"tum": 5000, "sun": 1000, "realsense": 1000}[encoding]',
-    divide: str = "/",
-) -> str:
-    return (
-        "def to_metres(raw, encoding):\n"
-        f'    if encoding == "sun":\n        raw = {sun}\n'
-        f'    if encoding == "realsense":\n        raw = {overflow}\n'
-        f"    return raw {divide} {steps}\n"
-    )
-
-
 _TASK_2 = Task(
     id="01-2",
     title="Three cameras, one unit",
@@ -132,41 +84,8 @@ _TASK_2 = Task(
     signature="def to_metres(raw, encoding)",
     cases=_encoding_cases,
     judge=lambda case, answer: judge_array(answer, case.truth, 1e-4, "m", what="the depth"),
-    misconceptions=(
-        Misconception(
-            "TUM read as millimetres",
-            "TUM's numbers divided by 1000: TUM stores 5000 steps a metre",
-            _encoding(steps="1000"),
-        ),
-        Misconception(
-            "SUN not rotated",
-            "SUN's numbers divided without rotating their bits three places to the right",
-            _encoding(sun="raw"),
-        ),
-        Misconception(
-            "SUN shifted, not rotated",
-            "SUN's numbers shifted right: the three bits that fall out must come back at the top",
-            _encoding(sun="raw >> 3"),
-        ),
-        Misconception(
-            "SUN rotated the wrong way",
-            "SUN's bits rotated to the left: the file is rotated left already, turn it back right",
-            _encoding(sun="(raw << 3) | (raw >> 13)"),
-        ),
-        Misconception(
-            "65535 believed",
-            "65535 taken for 65.5 m: it is the largest 16-bit number, an overflow, and means no data",
-            _encoding(overflow="raw"),
-        ),
-        Misconception(
-            "left in steps", "raw steps handed on as metres: divide by the steps per metre", _encoding(steps="1")
-        ),
-        Misconception(
-            "whole metres",
-            "a division that drops what is behind the point: // keeps whole metres, / keeps millimetres",
-            _encoding(divide="//"),
-        ),
-    ),
+    misconceptions=ENCODING_MISTAKES,
+    anatomy=encoding_anatomy,
     hides=("course_lib.camera.rgbd.decode_depth", "course_lib.camera.rgbd.ENCODINGS"),
     where="lesson 01, section 3 (from stored numbers to metres)",
 )
@@ -177,31 +96,14 @@ _TASK_2 = Task(
 
 # Task 4: which mistake made this?
 
-_CAUSES = {"A": "8 bits", "B": "flipped", "C": "range", "D": "mixed", "E": "tum"}
-
 _TASK_4 = which_cause(
     "01-4",
     "Which mistake made this?",
-    _CAUSES,
+    CAUSE_OF,
     "the five error images above",
-    (
-        Misconception(
-            "outlines taken for stripes",
-            "8 bits and mixing exchanged: 8 bits make stripes on every surface, mixing only errs along outlines",
-            'def causes():\n    return {"A": "mixed", "B": "flipped", "C": "range", "D": "8 bits", "E": "tum"}\n',
-        ),
-        Misconception(
-            "scale taken for range",
-            "range and scale exchanged: range grows towards the corners, a scale errs by one factor everywhere",
-            'def causes():\n    return {"A": "8 bits", "B": "flipped", "C": "tum", "D": "mixed", "E": "range"}\n',
-        ),
-        Misconception(
-            "flip taken for scale",
-            "flip and scale exchanged: a flip errs with both signs, a scale with one",
-            'def causes():\n    return {"A": "8 bits", "B": "tum", "C": "range", "D": "mixed", "E": "flipped"}\n',
-        ),
-    ),
+    WHICH_MISTAKES,
     "lesson 01, sections 2 to 4 and Break it",
+    signs=SIGNS,
 )
 
 

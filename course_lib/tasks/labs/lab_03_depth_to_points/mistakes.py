@@ -1,4 +1,4 @@
-"""The wrong answers of lab 03, as learner code: what each looks like, and what to do about it.
+"""The wrong answers of lab 03's tasks 2 and 4, as learner code: what each looks like, and what to do about it.
 
 Each source is the plain solution with one thing wrong, built from parts, so that nothing else differs.
 """
@@ -6,45 +6,7 @@ Each source is the plain solution with one thing wrong, built from parts, so tha
 from __future__ import annotations
 
 from course_lib.tasks.core import Misconception
-from course_lib.tasks.mistakes import left_in, mended, swapped
-
-
-def _wrong_focal(expression: str) -> str:
-    return f"def focal_length(fov_degrees, pixels):\n    return {expression}\n"
-
-
-FOCAL_MISTAKES = (
-    Misconception(
-        "whole for half angle",
-        "the tangent of the whole angle: the triangle has half the image on one side, so halve the angle too",
-        _wrong_focal("0.5 * pixels / np.tan(np.radians(fov_degrees))"),
-    ),
-    Misconception(
-        "degrees for radians",
-        "degrees given to a tangent that expects radians: convert with np.radians first",
-        _wrong_focal("0.5 * pixels / np.tan(fov_degrees / 2)"),
-    ),
-    Misconception(
-        "whole for half image",
-        "the whole image over the tangent of half the angle, twice too long: halve the number of pixels as well",
-        _wrong_focal("pixels / np.tan(np.radians(fov_degrees) / 2)"),
-    ),
-    Misconception(
-        "tangent upside down",
-        "a product with the tangent where a quotient belongs: at 90 degrees the tangent of the half is 1 and hides it",
-        _wrong_focal("0.5 * pixels * np.tan(np.radians(fov_degrees) / 2)"),
-    ),
-    Misconception(
-        "angle in proportion",
-        "half the angle taken for twice the focal length: a tangent does not grow in proportion, so use np.tan",
-        _wrong_focal("0.5 * pixels * 90 / fov_degrees"),
-    ),
-    Misconception(
-        "sine for tangent",
-        "a sine where the tangent belongs: f is the side next to the angle, not the longest one",
-        _wrong_focal("0.5 * pixels / np.sin(np.radians(fov_degrees) / 2)"),
-    ),
-)
+from course_lib.tasks.mistakes import swapped
 
 
 def _wrong_deproject(
@@ -59,6 +21,8 @@ def _wrong_deproject(
         "    return points\n"
     )
 
+
+_RANGE = "    r = z * np.sqrt(1 + ((u - cx) / fx) ** 2 + ((v - cy) / fy) ** 2)\n"
 
 DEPROJECT_MISTAKES = (
     Misconception(
@@ -84,8 +48,9 @@ DEPROJECT_MISTAKES = (
     ),
     Misconception(
         "half a pixel",
-        "half a pixel added to u and v: here the centres of pixels lie at whole numbers already",
+        "half a pixel added to u and v, or taken away: here the centres of pixels lie at whole numbers already",
         _wrong_deproject(x="(u + 0.5 - cx) * z / fx", y="(v + 0.5 - cy) * z / fy"),
+        variants=(_wrong_deproject(x="(u - 0.5 - cx) * z / fx", y="(v - 0.5 - cy) * z / fy"),),
     ),
     Misconception(
         "principal point forgotten",
@@ -96,6 +61,11 @@ DEPROJECT_MISTAKES = (
         "principal point from the size",
         "the middle of the image used as principal point: use the cx and cy that you are given",
         _wrong_deproject(x="(u - (depth.shape[1] - 1) / 2) * z / fx", y="(v - (depth.shape[0] - 1) / 2) * z / fy"),
+        variants=(
+            _wrong_deproject(x="(u - depth.shape[1] / 2) * z / fx", y="(v - depth.shape[0] / 2) * z / fy"),
+            _wrong_deproject(x="(u - depth.shape[1] // 2) * z / fx", y="(v - depth.shape[0] // 2) * z / fy"),
+            _wrong_deproject(x="(u - depth.shape[0] / 2) * z / fx", y="(v - depth.shape[1] / 2) * z / fy"),
+        ),
     ),
     Misconception(
         "one focal length for both",
@@ -113,6 +83,73 @@ DEPROJECT_MISTAKES = (
         _wrong_deproject(x="(u - cx) / fx", y="(v - cy) / fy"),
     ),
     Misconception(
+        "brackets forgotten",
+        "u - cx * z / fx without brackets, which multiplies cx alone: subtract first, (u - cx) * z / fx",
+        _wrong_deproject(x="u - cx * z / fx", y="v - cy * z / fy"),
+        variants=(
+            _wrong_deproject(x="(u * z - cx) / fx", y="(v * z - cy) / fy"),
+            _wrong_deproject(x="(u / fx - cx) * z", y="(v / fy - cy) * z"),
+            _wrong_deproject(x="u * z / fx - cx", y="v * z / fy - cy"),
+        ),
+    ),
+    Misconception(
+        "x and y the other way",
+        "cx - u and cy - v, which mirror both: subtract the principal point from the pixel",
+        _wrong_deproject(x="(cx - u) * z / fx", y="(cy - v) * z / fy"),
+    ),
+    Misconception(
+        "another program's axes",
+        "axes of a robot or of a viewer, with z up: here x is right, y down and z forward",
+        _wrong_deproject(x="z", y="-(u - cx) * z / fx", z="-(v - cy) * z / fy"),
+        variants=(
+            _wrong_deproject(y="z", z="-(v - cy) * z / fy"),
+            _wrong_deproject(x="z", y="(u - cx) * z / fx", z="-(v - cy) * z / fy"),
+        ),
+    ),
+    Misconception(
+        "principal point added",
+        "the principal point added to the pixel: subtract it, so that the pixel in the middle looks straight ahead",
+        _wrong_deproject(x="(u + cx) * z / fx", y="(v + cy) * z / fy"),
+    ),
+    Misconception(
+        "not divided by f",
+        "pixels multiplied by the depth and never divided by the focal length: a pixel looks 1 / f to the side",
+        _wrong_deproject(x="(u - cx) * z", y="(v - cy) * z"),
+    ),
+    Misconception(
+        "divided by the depth",
+        "a quotient by the depth, as when points are projected: from pixel to point, multiply by z",
+        _wrong_deproject(x="(u - cx) / z / fx", y="(v - cy) / z / fy", before="    z[z == 0] = 1\n"),
+        variants=(_wrong_deproject(x="fx * u / z + cx", y="fy * v / z + cy", before="    z[z == 0] = 1\n"),),
+    ),
+    Misconception(
+        "pixels counted from one",
+        "pixels counted from 1: the first column and the first row are number 0",
+        _wrong_deproject(x="(u + 1 - cx) * z / fx", y="(v + 1 - cy) * z / fy"),
+    ),
+    Misconception(
+        "range for z",
+        "the length of the ray put in the place of z: depth is z already",
+        _wrong_deproject(before=_RANGE, z="r"),
+        variants=(_wrong_deproject(x="(u - cx) * r / fx", y="(v - cy) * r / fy", z="r", before=_RANGE),),
+    ),
+    Misconception(
+        "1 for z",
+        "rays whose z is 1: the depth itself is the third coordinate",
+        _wrong_deproject(z="np.ones_like(z)"),
+        variants=(_wrong_deproject(x="(u - cx) / fx", y="(v - cy) / fy", z="np.ones_like(z)"),),
+    ),
+    Misconception(
+        "only the measured ones",
+        "the measured pixels alone: keep the shape of the image, with NaN where nothing was measured",
+        _wrong_deproject().replace("return points", "return points[depth > 0]"),
+    ),
+    Misconception(
+        "a list of points",
+        "one row a point: keep the shape of the image, rows, columns, then x, y, z",
+        _wrong_deproject().replace("return points", "return points.reshape(-1, 3)"),
+    ),
+    Misconception(
         "millimetres",
         "a division by 1000 too many: this depth is in metres already",
         _wrong_deproject(before="    z = z / 1000\n"),
@@ -120,45 +157,26 @@ DEPROJECT_MISTAKES = (
 )
 
 
-_GIVEN_MISTAKES = {
-    "scale": ("raw / 1000", "raw / units_per_metre", "a depth scale fixed at 1000: divide by units_per_metre"),
-    "truncation": (
-        "(depth > 0) & (depth < 3)",
-        "depth > 0",
-        "everything from 3 m on thrown away without a word: keep every measured pixel",
-    ),
-    "flip": ("x, -y, -z", "x, y, z", "y and z negated, which belongs to viewers: leave the camera's axes in the data"),
-}
+def _with_zeros(mistake: Misconception) -> Misconception:
+    """The same mistake, and pixels without data kept as well."""
+    source = mistake.source.replace("    points[depth == 0] = np.nan\n", "")
+    more = "; and pixels without data kept: make them NaN"
+    return Misconception(f"{mistake.name}, zeros kept", mistake.message + more, source)
 
 
-def _wrong_cloud(left: tuple[str, ...]) -> str:
-    """The given code with some of its three mistakes still in it."""
-    depth, keep, axes = mended(_GIVEN_MISTAKES, left)
-    return (
-        "def cloud_from_raw(raw, color, units_per_metre, camera_matrix):\n"
-        f"    depth = {depth}\n"
-        f"    keep = {keep}\n"
-        "    v, u = np.nonzero(keep)\n"
-        "    z = depth[v, u]\n"
-        "    x = (u - camera_matrix[0, 2]) * z / camera_matrix[0, 0]\n"
-        "    y = (v - camera_matrix[1, 2]) * z / camera_matrix[1, 1]\n"
-        f"    points = np.stack([{axes}], axis=1)\n"
-        '    return {"points": points, "colors": color[keep]}\n'
-    )
-
-
-MEND_MISTAKES = left_in(_GIVEN_MISTAKES, _wrong_cloud) + (
-    Misconception(
-        "units multiplied",
-        "stored numbers multiplied by the units of a metre: divide them, a larger number of units makes a smaller step",
-        _wrong_cloud(()).replace("raw / units", "raw.astype(float) * units"),
-    ),
-    Misconception(
-        "principal point transposed",
-        "cx and cy read from the last row of the camera matrix, where there are zeros: they stand in its last column",
-        _wrong_cloud(()).replace("[0, 2]", "[2, 0]").replace("[1, 2]", "[2, 1]"),
-    ),
+_ALSO = (
+    "z taken for range",
+    "rows for columns",
+    "flip left in",
+    "half a pixel",
+    "principal point forgotten",
+    "one focal length for both",
+    "multiplied by f",
+    "not divided by f",
+    "depth forgotten",
+    "x and y the other way",
 )
+DEPROJECT_MISTAKES += tuple(_with_zeros(mistake) for mistake in DEPROJECT_MISTAKES if mistake.name in _ALSO)
 
 
 CAUSES = (
@@ -178,6 +196,14 @@ CAUSE_OF = {
     "F": "rows for columns",
 }
 
+SIGNS = {
+    "cut off at 3 m": "points are missing, and those that are left lie right",
+    "flip left in": "signs have changed, and no length has",
+    "another camera's depth scale": "all three axes are multiplied by one number, so the median of z changes",
+    "another camera's focal length": "z is right and straight walls stay straight; x and y have one factor",
+    "z taken for range": "straight walls are bent, and z is too small, most of all away from the middle",
+    "rows for columns": "z is right; x follows the rows of the image and y its columns",
+}
 
 WHICH_MISTAKES = (
     Misconception(
@@ -201,59 +227,5 @@ WHICH_MISTAKES = (
         "scale for truncation",
         "scale and truncation taken for each other: truncation loses points and leaves the others where they were",
         swapped(CAUSE_OF, CAUSES[1], CAUSES[4]),
-    ),
-)
-
-
-def _wrong_estimate(
-    middle: str = "np.nanmedian",
-    z: str = "depths",
-    length: str = "np.sqrt(lengths**2 - (depths[:, 0] - depths[:, 1]) ** 2)",
-) -> str:
-    return (
-        "def estimate_focal(pixels, depths, lengths, cx, cy):\n"
-        "    with np.errstate(invalid='ignore'):\n"
-        f"        beside = {length}\n"
-        f"    z = {z}\n"
-        f"    x, y = (pixels[..., 0] - cx) * z, (pixels[..., 1] - cy) * z\n"
-        f"    return {middle}(np.hypot(x[:, 0] - x[:, 1], y[:, 0] - y[:, 1]) / beside)\n"
-    )
-
-
-def _break_it(middle: str, guess: int = 525) -> str:
-    """A guessed f times measured over true length, with the lengths measured in space."""
-    return (
-        "def estimate_focal(pixels, depths, lengths, cx, cy):\n"
-        f"    x, y = (pixels[..., 0] - cx) * depths / {guess}, (pixels[..., 1] - cy) * depths / {guess}\n"
-        "    ends = np.stack([x, y, depths], axis=-1)\n"
-        "    measured = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)\n"
-        f"    return {guess} * {middle}(measured / lengths)\n"
-    )
-
-
-ESTIMATE_MISTAKES = (
-    Misconception(
-        "mean of all",
-        "a mean over things of which some have the depth of the background at one end: use something that outliers do "
-        "not move, such as the median",
-        _wrong_estimate("np.nanmean"),
-    ),
-    Misconception(
-        "slant forgotten",
-        "the whole length compared with what is seen across the image: part of it goes into the difference of the two "
-        "depths",
-        _wrong_estimate(length="lengths"),
-    ),
-    Misconception(
-        "one depth for both ends",
-        "the mean depth used for both ends: each end has its own depth, and their difference is part of the length",
-        _wrong_estimate(length="lengths", z="depths.mean(axis=1, keepdims=True)"),
-    ),
-    Misconception(
-        "Break it's rule on slanted things",
-        "Break it's rule, which holds for lengths that lie across the image; yours also slant in depth: take Δz out "
-        "first",
-        _break_it("np.median"),
-        variants=(_break_it("np.mean"),),
     ),
 )

@@ -19,14 +19,20 @@ from course_lib.tasks.judges import (
     worst_of,
 )
 from course_lib.tasks.kinds import in_words, which_cause
+from course_lib.tasks.labs.lab_03_depth_to_points.estimate_mistakes import ESTIMATE_MISTAKES
+from course_lib.tasks.labs.lab_03_depth_to_points.focal_mistakes import FOCAL_MISTAKES
+from course_lib.tasks.labs.lab_03_depth_to_points.mend_mistakes import MEND_MISTAKES
 from course_lib.tasks.labs.lab_03_depth_to_points.mistakes import (
     CAUSE_OF,
     CAUSES,
     DEPROJECT_MISTAKES,
-    ESTIMATE_MISTAKES,
-    FOCAL_MISTAKES,
-    MEND_MISTAKES,
+    SIGNS,
     WHICH_MISTAKES,
+)
+from course_lib.tasks.labs.lab_03_depth_to_points.parts import (
+    cloud_anatomy,
+    deproject_anatomy,
+    focal_anatomy,
 )
 from course_lib.tasks.plain import Plain, describe
 
@@ -224,6 +230,7 @@ TASKS = (
         cases=_deproject_cases,
         judge=lambda case, answer: judge_array(answer, case.truth, _POINT_TOLERANCE, "m", axes="xyz", what="the image"),
         misconceptions=DEPROJECT_MISTAKES,
+        anatomy=deproject_anatomy,
         hides=("course_lib.camera.pinhole.deproject",),
         where="lesson 03, section 3 (from a pixel back to a point)",
     ),
@@ -237,6 +244,7 @@ TASKS = (
         cases=_raw_cases,
         judge=_judge_cloud,
         misconceptions=MEND_MISTAKES,
+        anatomy=cloud_anatomy,
         hides=(
             "course_lib.camera.pinhole.deproject",
             "course_lib.cloud.pointcloud.from_frame",
@@ -252,6 +260,7 @@ TASKS = (
         WHICH_MISTAKES,
         "lesson 03, section 4 (what goes wrong, in millimetres)",
         causes=CAUSES,
+        signs=SIGNS,
     ),
     Task(
         id="03-5",
@@ -263,6 +272,7 @@ TASKS = (
         cases=lambda rng: [_rods(rng)],
         judge=_judge_focal,
         misconceptions=ESTIMATE_MISTAKES,
+        anatomy=focal_anatomy,
         guess=_guess_focal,
         where="lesson 03, Break it, for the idea, then this task's hints, for what slants in depth",
     ),
