@@ -22,6 +22,7 @@ from typing import Any
 import psutil
 
 from course_lib import tasks
+from course_lib.authoring import solutions  # noqa: F401 - for the children, as engine below
 from course_lib.grading.records import Record
 
 from . import engine  # noqa: F401 - for the children: each would import it again
