@@ -123,7 +123,7 @@ def read_source(path: Path) -> NotebookNode:
         raise CourseError(f"there is no source {path.name}.") from None
     except UnicodeDecodeError:
         raise CourseError(f"{path.name} is not UTF-8: save it as UTF-8.") from None
-    import jupytext  # brings parts of Jupyter's server: 0.2 s that a grader's workers would pay for nothing
+    import jupytext  # brings parts of Jupyter's server: 0.2 s that a grader's verbs would pay for nothing
 
     raw = jupytext.reads(_HEADER.sub("", text), fmt="py:percent")
     cells = []

@@ -31,7 +31,8 @@ if TYPE_CHECKING:
     from .engine import Run
 
 __all__ = [
-    *("Job", "failed_record", "grade_one", "grader_version", "held_by", "load_data", "prepare", "unreadable_record"),
+    *("Job", "failed_record", "grade_one", "grader_version", "held_by", "load_data", "prepare"),
+    *("right_function", "unreadable_record"),
 ]
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -247,12 +248,12 @@ def _judge(answer: Answer, cases: tuple[tasks.Case, ...], run: Run, refused: str
         if code == "no function" and task.id in run.raised:
             return _task_record(task, "raised", "raised", f"Its cell raised {run.raised[task.id]}.", answer)
         return _task_record(task, "no answer", code, sentence, answer)
-    result = tasks.judge_all(task, cases, run.outcomes[task.id], _right_function(task))
+    result = tasks.judge_all(task, cases, run.outcomes[task.id], right_function(task))
     return _of_result(result, answer, run.outcomes[task.id])
 
 
 @lru_cache(maxsize=64)
-def _right_function(task: tasks.Task) -> Callable[..., Any] | None:
+def right_function(task: tasks.Task) -> Callable[..., Any] | None:
     """The course's own answer, by which slips of the inputs are known again; an instructor's task may have none."""
     from course_lib.authoring import solutions
 
