@@ -58,6 +58,9 @@ def _where_to_cut(mean: np.ndarray, wrong: np.ndarray, edges: np.ndarray) -> flo
     raise ValueError("no bin holds more wrong points than true ones")
 
 
+_DRAWINGS, _CHOICES = 500, 60
+
+
 def _answers(misconceptions: tuple[Misconception, ...], function: str, given: tuple) -> list[np.ndarray]:
     """What each wrong answer says."""
     out = []
@@ -75,22 +78,28 @@ def _telling(
     count: int,
     first: tuple[Case, ...] = (),
 ) -> list[Case]:
-    """Cases that tell the truth and all wrong answers apart, each from each: drawn again until they do."""
-    for _ in range(500):
-        cases = [*first, *(draw() for _ in range(count))]
-        answers = [
-            [case.truth, *_answers(mistakes, function, tuple(np.copy(v) if isinstance(v, np.ndarray) else v
-                                                             for v in case.given.values()))]
-            for case in cases
-        ]  # fmt: skip
-        different = all(
-            any(not np.array_equal(said[i], said[j]) for said in answers)
-            for i in range(len(mistakes) + 1)
-            for j in range(i)
-        )
-        if different:
-            return cases
-    raise ValueError(f"{function}: no drawing tells all wrong answers apart.")
+    """Cases that tell the truth and all wrong answers apart, each from each: drawn again until they do.
+
+    Where no drawing of so many does, they are chosen one by one, each for what the others leave together.
+    """
+
+    def together(case: Case) -> set[tuple[int, int]]:
+        """Pairs of answers, truth among them, that are the same in a case."""
+        given = (np.copy(value) if isinstance(value, np.ndarray) else value for value in case.given.values())
+        said = [case.truth, *_answers(mistakes, function, tuple(given))]
+        return {(i, j) for i in range(len(said)) for j in range(i) if np.array_equal(said[i], said[j])}
+
+    begin = set.intersection(*map(together, first))
+    for _ in range(_DRAWINGS):
+        cases = [draw() for _ in range(count)]
+        if not begin.intersection(*map(together, cases)):
+            return [*first, *cases]
+    left, cases = begin, []
+    for _ in range(count):
+        drawn = [(case, left & together(case)) for case in (draw() for _ in range(_CHOICES))]
+        case, left = min(drawn, key=lambda one: len(one[1]))
+        cases.append(case)
+    return [*first, *cases]
 
 
 def _cut_case(mean: np.ndarray, wrong: np.ndarray, edges: np.ndarray, name: str) -> Case:
