@@ -10,7 +10,6 @@ from pathlib import Path
 
 from nbformat import NotebookNode
 
-from course_lib.notebook._cells import real_datasets
 from course_lib.notebook._errors import Refusal
 from course_lib.tasks.registry import lab_numbers
 
@@ -59,7 +58,7 @@ def _stored_for_missing(
     stored = {cell.id: cell for cell in old.cells if cell.cell_type == "code"} if old else {}
     kept = {}
     for cell in nb.cells:
-        names = set(real_datasets(cell.source)) & missing if cell.cell_type == "code" else set()
+        names = set(nbs.real_data_of(cell)) & missing if cell.cell_type == "code" else set()
         if not names:
             continue
         before = stored.get(cell.id)

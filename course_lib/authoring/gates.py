@@ -197,6 +197,9 @@ def real_data(checked: Checked) -> Iterator[str]:
             yield checked.at(n, "it is tagged real-data: its first line must be `# real data: NAME`")
         if names and not tagged:
             yield checked.at(n, f"it needs {', '.join(names)}: tag it real-data")
+        code = re.sub(r"#.*", "", cell.source)
+        if tagged and re.search(r"\brng\b", code) and not re.search(r"^\s*rng = ", code, re.M):
+            yield checked.at(n, "it draws from rng, which later cells draw from: without its data these would differ")
 
 
 def links(checked: Checked) -> Iterator[str]:

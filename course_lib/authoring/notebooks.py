@@ -15,6 +15,7 @@ from nbformat import NotebookNode
 
 from course_lib.notebook._atomic import atomic_file
 from course_lib.notebook._cells import real_datasets
+from course_lib.tasks.registry import get, lab_numbers
 
 from .tree import CourseError
 
@@ -33,6 +34,7 @@ _TASK = re.compile(
     re.M,
 )
 _HEADER = re.compile(r"\A# ---\n(?:#.*\n)*?# ---\n")  # jupytext's YAML: the notebook's metadata are ours
+_CHECKED = re.compile(r"\bcheck\(\s*[\"'](\d\d-\d+)[\"']")
 _LOADED = re.compile(r"\bdata\.(?:load|describe)\(\s*[\"'](?P<name>[A-Za-z0-9_]+)[\"']")
 
 
@@ -65,12 +67,19 @@ def cell_tags(cell: NotebookNode) -> list[str]:
     return list(cell.metadata.get("tags", []))
 
 
+def real_data_of(cell: NotebookNode) -> tuple[str, ...]:
+    """The real datasets without which the output of a cell is another: those that it names, and its checked task's."""
+    task = _CHECKED.search(cell.source)
+    registered = task is not None and task[1][:2] in lab_numbers()
+    return (*real_datasets(cell.source), *(get(task[1]).data if registered else ()))
+
+
 def named_datasets(nb: NotebookNode) -> list[str]:
     """Every dataset that a notebook's code loads by a literal name, in order of appearance."""
     names: list[str] = []
     for cell in nb.cells:
         if cell.cell_type == "code":
-            names += [*real_datasets(cell.source), *(m["name"] for m in _LOADED.finditer(cell.source))]
+            names += [*real_data_of(cell), *(m["name"] for m in _LOADED.finditer(cell.source))]
     return list(dict.fromkeys(names))
 
 

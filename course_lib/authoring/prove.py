@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from course_lib import compiled
-from course_lib.notebook._cells import real_datasets
 from course_lib.notebook._words import count
 
 from . import notebooks as nbs
@@ -75,7 +74,7 @@ def copy_notebooks(notebooks: Iterable[Path], tree: Tree, folder: Path, missing:
             continue
         before = cells
         for cell in nb.cells:
-            names = missing(real_datasets(cell.source)) if cell.cell_type == "code" else set()
+            names = missing(nbs.real_data_of(cell)) if cell.cell_type == "code" else set()
             if names:
                 cell.metadata["tags"] = [*nbs.cell_tags(cell), "nbval-ignore-output"]
                 lacking |= names

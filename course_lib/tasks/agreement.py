@@ -88,10 +88,19 @@ def distance(task: Task, case: Case, a: Plain, b: Plain | Sampled) -> float:
 
 def _judged(task: Task, case: Case, a: Plain, truth: Plain) -> Verdict | None:
     """The verdict on an answer if this, which is wrong, were the truth; None where a judge cannot take it for one."""
+    return verdict_on_made(task, replace(case, hidden={**case.hidden, "truth": truth}), a)
+
+
+def verdict_on_made(task: Task, case: Case, answer: Plain) -> Verdict | None:
+    """The verdict where the answer or the truth is one that a program made up; None where the judge cannot take it.
+
+    A judge owes a verdict on whatever a learner answers, with a truth of its own. What it makes of other truths, or of
+    answers that nobody gave, is nobody's promise, and must cost no learner a grade.
+    """
     try:
         with np.errstate(all="ignore"):
-            return task.judge(replace(case, hidden={**case.hidden, "truth": truth}), a)
-    except ValueError:  # a matrix that is not rigid
+            return task.judge(case, answer)
+    except Exception:
         return None
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from course_lib.tasks.agreement import distance
+from course_lib.tasks.agreement import distance, verdict_on_made
 from course_lib.tasks.core import Case, Misconception, Task, Verdict
 from course_lib.tasks.running import Outcome, run
 
@@ -47,9 +47,12 @@ def wrong_answer(task: Task, source: str, case: Case) -> Wrong:
 
 
 def wrong_of(task: Task, case: Case, outcome: Outcome) -> Wrong:
+    """What the outcome of a mistake or slip is to a case."""
     if outcome.kind != "answer":
         return Wrong(outcome, False, False)
-    verdict = task.judge(case, outcome.answer)
+    verdict = verdict_on_made(task, case, outcome.answer)
+    if verdict is None:
+        return Wrong(Outcome("raised"), False, False)
     return Wrong(outcome, is_far(task, verdict), verdict.passed, not math.isfinite(verdict.error))
 
 

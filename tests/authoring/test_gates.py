@@ -6,6 +6,7 @@ import importlib.util
 import sys
 from pathlib import Path
 
+import nbformat
 import pytest
 
 from course_lib.authoring import gates, notebooks
@@ -107,3 +108,16 @@ def test_every_gate_has_a_fixture_that_it_alone_finds() -> None:
         checked = gates.Checked(notebooks.read_notebook(path), path, gates.kind_of(path, tree), tree)
         busy |= {gate.__name__ for gate in gates.GATES if any(gate(checked))}
     assert busy == {gate.__name__ for gate in gates.GATES} - {"size"}
+
+
+@pytest.mark.parametrize(
+    ("draws", "found"), [("rng.random()", 1), ("own.random()  # not rng", 0), ("rng.random()\nrng = 3", 0)]
+)
+def test_cells_that_need_data_draw_from_no_generator_of_others(draws: str, found: int) -> None:
+    """Where the data are not here, they do not run, and whatever is drawn later would be other numbers."""
+    cell = nbformat.v4.new_code_cell(f"# real data: tum_pair\nx = {draws}")
+    cell.metadata["tags"] = ["real-data"]
+    tree = Tree(FIXTURES / "tree")
+    nb = nbformat.v4.new_notebook(cells=[cell])
+    lines = list(gates.real_data(gates.Checked(nb, tree.root / "notebooks" / "01_tiny.ipynb", "notebooks", tree)))
+    assert len(lines) == found and all("it draws from rng" in line for line in lines)

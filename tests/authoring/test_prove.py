@@ -10,6 +10,7 @@ import sys
 import time
 from pathlib import Path
 
+import nbformat
 import pytest
 from untouched_exercise import stub_findings
 
@@ -105,6 +106,12 @@ def test_copies_leave_the_stored_notebooks_alone(tmp_path: Path) -> None:
     copy = nbs.read_notebook(tmp_path / "notebooks" / "01_tiny.ipynb")
     assert nbs.cell_tags(copy.cells[REAL]) == ["real-data", "nbval-ignore-output"]
     assert (tmp_path / "solutions" / "01_tiny.ipynb").read_bytes() == before[1]
+
+
+def test_the_check_of_a_task_whose_data_are_not_here_is_not_compared() -> None:
+    """It is judged on its made cases, and its card says so."""
+    cells = [nbformat.v4.new_code_cell(f'check("{task}", f)') for task in ("05-2", "05-1", "99-1")]
+    assert [nbs.real_data_of(cell) for cell in cells] == [("stanford_bunny",), (), ()]
 
 
 def test_what_was_skipped_is_counted_and_explained(monkeypatch: pytest.MonkeyPatch) -> None:
