@@ -71,7 +71,7 @@ def distance(task: Task, case: Case, a: Plain, b: Plain | Sampled) -> float:
         a = _as_array(a)
     truth = case.hidden.get("truth")
     if _stray_nan(a, truth) or _stray_nan(b, truth):
-        return math.inf
+        return 0.0 if _holds_numbers(b) and same(a, b) else math.inf  # the same numbers, and NaN in the same places
     if same(a, b):
         return 0.0
     if not comparable(a, b) or (isinstance(truth, dict) and not _same_form(b, truth)):
@@ -102,6 +102,10 @@ def verdict_on_made(task: Task, case: Case, answer: Plain) -> Verdict | None:
             return task.judge(case, answer)
     except Exception:
         return None
+
+
+def _holds_numbers(value: Plain) -> bool:
+    return isinstance(value, np.ndarray) and value.dtype.kind == "f" and bool(np.isfinite(value).any())
 
 
 def _stray_nan(value: Plain, truth: Plain) -> bool:

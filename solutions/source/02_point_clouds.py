@@ -123,7 +123,7 @@ def read_points(data, height, width, point_step, row_step, x_offset, big_endian)
     height, width : int, rows and columns of the organised cloud
     point_step, row_step, x_offset : int, bytes
     big_endian : bool
-    returns (height * width, 3) float, metres
+    returns (height * width, 3) float, metres; what was not measured is NaN in the bytes and stays NaN
     """
     # BEGIN SOLUTION
     # rows of bytes; drop the padding at the end of each

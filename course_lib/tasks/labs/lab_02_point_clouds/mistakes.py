@@ -34,12 +34,14 @@ def _reader(
     rows: str = "data.reshape(height, row_step)[:, :width * point_step].reshape(height * width, point_step)",
     fields: str = "rows[:, x_offset:x_offset + 12]",
     order: str = "'>f4' if big_endian else '<f4'",
+    answer: str = "points",
 ) -> str:
     return (
         "def read_points(data, height, width, point_step, row_step, x_offset, big_endian):\n"
         f"    rows = {rows}\n"
         f"    xyz = np.ascontiguousarray({fields})\n"
-        f"    return xyz.view({order}).astype(float).reshape(-1, 3)\n"
+        f"    points = xyz.view({order}).astype(float).reshape(-1, 3)\n"
+        f"    return {answer}\n"
     )
 
 
@@ -68,6 +70,16 @@ READER_MISTAKES = (
         "the four bytes of a float read as a whole number: they are 32-bit floats, '<f4' or '>f4'",
         _reader(order="'>i4' if big_endian else '<i4'"),
         variants=(_reader(order="'>u4' if big_endian else '<u4'"),),
+    ),
+    Misconception(
+        "NaN left out",
+        "points that were not measured left out: they stay, as NaN, or all later ones move up by a row",
+        _reader(answer="points[~np.isnan(points).any(axis=1)]"),
+    ),
+    Misconception(
+        "0 for NaN",
+        "0 where nothing was measured, which is a place (the camera's own): NaN stays NaN",
+        _reader(answer="np.nan_to_num(points)"),
     ),
     Misconception(
         "offset forgotten",

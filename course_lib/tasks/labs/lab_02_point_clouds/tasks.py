@@ -65,12 +65,15 @@ def _message_cases(rng: np.random.Generator) -> list[Case]:
     cases = []
     for name, step, row_padding, offset, big in (
         ("points packed tightly", 12, 0, 0, False),
-        ("PointXYZ with 4 bytes of padding", 16, 0, 0, False),
+        ("PointXYZ with 4 bytes of padding, two points not measured", 16, 0, 0, False),
         ("x behind 8 bytes of other fields, rows with padding", 28, 20, 8, False),
         ("big-endian numbers", 16, 0, 0, True),
     ):
         height, width = int(rng.integers(3, 6)), int(rng.integers(4, 8))
         points = np.round(rng.uniform(-4, 4, (height, width, 3)), 3).astype(np.float32)
+        if big or step == 16:  # pixels that saw nothing
+            points[rng.integers(height), rng.integers(width)] = np.nan
+            points[height - 1, width - 1] = np.nan
         row_step = width * step + row_padding
         # what is not x, y, z is small floats, so that a careless reader sees plausible numbers
         data = np.resize(
@@ -101,7 +104,7 @@ _TASK_2 = Task(
     id="02-2",
     title="Points out of bytes",
     points=3,
-    version=1,
+    version=2,
     kind="real",
     signature="def read_points(data, height, width, point_step, row_step, x_offset, big_endian)",
     cases=_message_cases,

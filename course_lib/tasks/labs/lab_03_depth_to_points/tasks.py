@@ -48,7 +48,7 @@ def _focal_cases(rng: np.random.Generator) -> list[Case]:
         (45.0, 640, "half of that angle"),
         (60.0, 480, "60 degrees from top to bottom"),
         (float(rng.uniform(95, 125)), 1280, "a wide lens"),
-        (float(rng.uniform(20, 40)), int(rng.integers(300, 900)), "a narrow lens"),
+        (float(rng.uniform(20, 40)), 2 * int(rng.integers(150, 450)) + 1, "a narrow lens, an odd number of pixels"),
     ]
     return [
         Case({"fov_degrees": fov, "pixels": size}, {"truth": size / 2 / float(np.tan(np.deg2rad(fov) / 2))}, name)
@@ -131,6 +131,7 @@ def _raw_cases(rng: np.random.Generator) -> list[Case]:
         _raw_case(rng, (24, 32), 1.2, 6.5, 1000.0, "1000 units a metre, a corridor"),
         _raw_case(rng, (30, 20), 0.9, 5.5, 10000.0, "10,000 units a metre, a tall image"),
         _raw_case(rng, (18, 24), 2.0, 8.5, 5000.0, "5000 units a metre, a hall"),
+        _raw_case(rng, (18, 24), 25.0, 55.0, 1000.0, "1000 units a metre, a hillside 30 m away and more"),
     ]
 
 
@@ -211,7 +212,7 @@ TASKS = (
         id="03-1",
         title="focal length from the field of view",
         points=1,
-        version=1,
+        version=2,
         kind="fill",
         signature="def focal_length(fov_degrees, pixels)",
         cases=_focal_cases,
@@ -238,7 +239,7 @@ TASKS = (
         id="03-3",
         title="mend a cloud from a stored frame",
         points=3,
-        version=1,
+        version=2,
         kind="mend",
         signature="def cloud_from_raw(raw, color, units_per_metre, camera_matrix)",
         cases=_raw_cases,

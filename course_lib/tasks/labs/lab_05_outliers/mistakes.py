@@ -166,6 +166,13 @@ MEND_MISTAKES = left_in(_GIVEN_MISTAKES, _wrong_radius) + (
 """The cases are drawn so that each of these is told from each other."""
 MORE_MEND_MISTAKES = (
     Misconception(
+        "twins left out",
+        "points at the distance 0 left out: a second point at the same place is a neighbour; take the point itself off",
+        _wrong_radius(()).replace(
+            "(squared <= radius ** 2).sum(axis=1) - 1", "((squared <= radius ** 2) & (squared > 0)).sum(axis=1)"
+        ),
+    ),
+    Misconception(
         "itself counted twice",
         "two neighbours too many for each point: it is counted itself, and one is added or `least` is one less: take "
         "one off the count, nothing else",

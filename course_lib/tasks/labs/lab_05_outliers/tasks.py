@@ -182,9 +182,13 @@ def _radius_cases(rng: np.random.Generator) -> list[Case]:
                 truth = _by_radius(points, radius, least)
                 return Case({"points": points, "radius": radius, "least": least}, {"truth": truth}, f"{n} points")
 
-    grid = rng.permutation(rng.integers(0, 5, (200, 3)).astype(float))[:60] / 4  # steps of exactly a quarter
+    while True:
+        grid = rng.permutation(rng.integers(0, 5, (200, 3)).astype(float))[:60] / 4  # steps of exactly a quarter
+        truth, apart = _by_radius(grid, 0.5, 12), np.linalg.norm(grid[:, None] - grid[None], axis=2)
+        if ((((apart <= 0.5) & (apart > 0)).sum(axis=1) >= 12) != truth).any():  # a twin decides for some
+            break
     given = {"points": grid, "radius": 0.5, "least": 12}
-    ties = Case(given, {"truth": _by_radius(grid, 0.5, 12)}, "60 points on a grid, many at exactly the radius")
+    ties = Case(given, {"truth": truth}, "60 points on a grid, many at exactly the radius, some twice")
     return _telling(draw, MEND_MISTAKES, "keep_by_radius", 3, (ties,))
 
 
@@ -226,7 +230,7 @@ TASKS = (
         id="05-3",
         title="mend a radius filter",
         points=3,
-        version=2,
+        version=3,
         kind="mend",
         signature="def keep_by_radius(points, radius, least)",
         cases=_radius_cases,
