@@ -67,7 +67,7 @@ class Result:
         """The second help: "This looks like …", or what the errors have in common; "" where there is nothing to say."""
         if self.diagnosis is not None:
             return f"{self.diagnosis.says} {UNKNOWN}" if self.diagnosis.kind == "anatomy" else self.diagnosis.says
-        return UNKNOWN if self.status == "failed" and math.isfinite(self.verdict.error) else ""
+        return ""
 
     @property
     def where(self) -> str:

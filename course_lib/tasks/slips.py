@@ -156,7 +156,7 @@ def _of_motion() -> Iterator[Slip]:
 
     right, same = (lambda R, p: R), (lambda R, p: p)
     for name, words, rotation, shift in (
-        ("rotation transposed", "the rotation transposed: it turns the other way", lambda R, p: R.T, same),
+        ("rotation transposed", "a rotation the wrong way round: transposed", lambda R, p: R.T, same),
         ("rotation negated", "the rotation with the other sign: a mirror image", lambda R, p: -R, same),
         ("shift negated", "the shift with the other sign", right, lambda R, p: -p),
         ("shift forgotten", "the right rotation without its shift", right, lambda R, p: 0 * p),

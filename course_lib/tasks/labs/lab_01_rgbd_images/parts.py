@@ -44,8 +44,9 @@ def range_anatomy(case: Case, answer: Plain) -> Found | None:
             "add to z squared, never take away."
         )
     least = np.argsort(longer)[:3]
+    alone = np.count_nonzero(longer < longer.min() + 1e-3) < 0.01 * len(longer) + 4
     place = np.mean(u[least]), np.mean(v[least])
-    if np.hypot(place[0] - cx, place[1] - cy) > 2:
+    if alone and np.hypot(place[0] - cx, place[1] - cy) > 2:
         return "shortest at another pixel", (
             f"Your string is shortest, beside z, about column {place[0]:.0f}, row {place[1]:.0f}: it must be at the "
             f"principal point, column {cx:.0f}, row {cy:.0f}."
@@ -162,12 +163,20 @@ def flying_anatomy(case: Case, answer: Plain) -> Found | None:
     border = np.ones(depth.shape, bool)
     border[1:-1, 1:-1] = False
     holes = depth == 0
+    middle = float(np.median(depth[~holes]))
+    far = extra & (depth > middle)
+    far &= far.sum() > 0.85 * extra.sum()  # half of all pixels lie so far
     kinds = (
         ("holes marked too", extra & holes, "are holes: they were not measured, so ask for depth > 0 as well"),
         (
             "the border marked",
             extra & border & ~holes & ~jump,
             "lie at the image's border, where neighbours are missing: ask for a share of those that are there",
+        ),
+        (
+            "far ones marked",
+            far & ~border,
+            f"are good ones farther than {middle:.1f} m: noise grows with the depth squared, and so must the limit",
         ),
         (
             "good ones beside outlines marked",

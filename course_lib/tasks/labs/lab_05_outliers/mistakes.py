@@ -57,7 +57,7 @@ CUT_MISTAKES = (
     ),
     Misconception(
         "an empty bin",
-        "a bin without any point taken: none is as many as none, but it is not more",
+        "a bin taken in which wrong points are as many as true ones, such as none and none: they must be more",
         _wrong_cut("edges[np.argmax(bad >= good)]"),
     ),
 )

@@ -50,7 +50,7 @@ FIT_MISTAKES = (
     ),
     Misconception(
         "transposed, and no guard",
-        "two things at once: U Vᵀ where V Uᵀ belongs, and no guard against a reflection",
+        "two things at once: a rotation the wrong way round (U Vᵀ for V Uᵀ), and no guard against a reflection",
         _wrong_fit("U @ V.T"),
     ),
     Misconception(
@@ -100,7 +100,7 @@ FIT_MISTAKES = (
     ),
     Misconception(
         "rotation transposed",
-        "U Vᵀ where V Uᵀ belongs, which turns the other way and still has the determinant +1",
+        "a rotation the wrong way round: V Uᵀ of source times target is right, not U Vᵀ, nor target times source",
         _wrong_fit("U @ np.diag([1, 1, np.sign(np.linalg.det(U @ V.T))]) @ V.T"),
     ),
     Misconception(
