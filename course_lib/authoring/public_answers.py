@@ -10,13 +10,13 @@ from course_lib.authoring import solutions
 from course_lib.authoring.needed_data import missing_data
 from course_lib.authoring.tree import Tree
 from course_lib.notebook import data
-from course_lib.tasks.agreement import leaves
 from course_lib.tasks.core import Case, Task
-from course_lib.tasks.diagnosis import changed, slip_key
+from course_lib.tasks.diagnosis.agreement import leaves
+from course_lib.tasks.diagnosis.diagnose import changed, slip_key
+from course_lib.tasks.diagnosis.public_answers import Kept, file_of, keep, name_of, pack, unpack
+from course_lib.tasks.diagnosis.recognition import Wrong, wrong_answer
+from course_lib.tasks.diagnosis.slips import input_slips
 from course_lib.tasks.plain import same
-from course_lib.tasks.public_answers import Kept, file_of, keep, name_of, pack, unpack
-from course_lib.tasks.recognition import Wrong, wrong_answer
-from course_lib.tasks.slips import input_slips
 
 MOST_BYTES = 1_000_000
 MOVED = 1e-6

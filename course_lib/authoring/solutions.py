@@ -14,8 +14,8 @@ from course_lib import tasks
 from course_lib.authoring import notebooks as nbs
 from course_lib.authoring import stubs
 from course_lib.authoring.tree import CourseError
+from course_lib.tasks.diagnosis.recognition import load_source
 from course_lib.tasks.private import private_folder
-from course_lib.tasks.recognition import load_source
 
 ROOT = Path(__file__).resolve().parents[2]
 

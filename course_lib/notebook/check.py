@@ -18,10 +18,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from course_lib import tasks
+from course_lib.tasks.diagnosis.public_answers import recall
 from course_lib.tasks.judging import Result, band
 from course_lib.tasks.plain import describe
 from course_lib.tasks.private import listed
-from course_lib.tasks.public_answers import recall
 from course_lib.tasks.running import Outcome
 from course_lib.tasks.sources import forbidden
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from course_lib.tasks.core import Case, Misconception, Task, Verdict, middle_of
-from course_lib.tasks.diagnosis import UNKNOWN, Diagnosis, diagnose
+from course_lib.tasks.diagnosis.diagnose import UNKNOWN, Diagnosis, diagnose
 from course_lib.tasks.running import Outcome, given_text
 
 

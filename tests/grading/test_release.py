@@ -109,6 +109,18 @@ def test_checks_work_there(tree):
 
 
 @pytest.mark.slow
+def test_checks_know_slips_there_and_run_no_wrong_answer(tree):
+    code = (
+        "from course_lib.notebook.check import check\n"
+        "from course_lib.tasks.diagnosis import diagnose, recognition\n"
+        "diagnose.run = recognition.run = None\n"
+        "bottom_up = lambda u, v, width, height: (height - 1 - v) * width + u\n"
+        "print([check('02-1', bottom_up).text for _ in range(2)][1])\n"
+    )
+    assert "This looks like `v` counted from the other end" in run_there(tree, code)
+
+
+@pytest.mark.slow
 def test_the_exercise_runs_there(tree):
     from course_lib.authoring.kernels import execute
 

@@ -14,9 +14,9 @@ from traitlets.config import Config
 
 from course_lib import tasks
 from course_lib.tasks.core import Case, Misconception, Task
+from course_lib.tasks.diagnosis.recognition import is_far, recognise
 from course_lib.tasks.judging import Result, judge_all
 from course_lib.tasks.plain import Plain, from_wire, plain, same, to_wire
-from course_lib.tasks.recognition import is_far, recognise
 from course_lib.tasks.running import Outcome, run_all
 
 SEEDS = range(sample(50, 10))

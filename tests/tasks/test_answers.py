@@ -19,8 +19,8 @@ import pytest
 from course_lib import tasks
 from course_lib.authoring import solutions
 from course_lib.notebook import data
-from course_lib.tasks.public_answers import recall
-from course_lib.tasks.recognition import load_source
+from course_lib.tasks.diagnosis.public_answers import recall
+from course_lib.tasks.diagnosis.recognition import load_source
 
 pytestmark = pytest.mark.slow
 

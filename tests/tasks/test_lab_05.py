@@ -17,10 +17,10 @@ from course_lib.cloud import clusters, outliers, pointcloud
 from course_lib.geometry import transforms
 from course_lib.notebook import data
 from course_lib.surface import metrics
+from course_lib.tasks.diagnosis.recognition import load_source
 from course_lib.tasks.labs.lab_05_outliers import mistakes as lab
 from course_lib.tasks.labs.lab_05_outliers.mistakes import CAUSE_OF, CAUSES
 from course_lib.tasks.labs.lab_05_outliers.small_desk import FLYING, THIN, small_desk
-from course_lib.tasks.recognition import load_source
 
 ROOT = Path(__file__).parents[2]
 LAB = ROOT / "solutions" / "source" / "05_outliers.py"

@@ -3,8 +3,8 @@
 import numpy as np
 
 from course_lib import tasks
-from course_lib.tasks.forms import COUNTS, form_problem
-from course_lib.tasks.named_errors import all_zero
+from course_lib.tasks.diagnosis.forms import COUNTS, form_problem
+from course_lib.tasks.diagnosis.named_errors import all_zero
 
 
 def test_all_zero():

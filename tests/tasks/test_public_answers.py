@@ -10,11 +10,11 @@ from course_lib.authoring import public_answers as made
 from course_lib.authoring import solutions
 from course_lib.authoring.tree import Tree
 from course_lib.notebook import data
-from course_lib.tasks import diagnosis, recognition
-from course_lib.tasks.agreement import Sampled, leaves
 from course_lib.tasks.core import Case
-from course_lib.tasks.public_answers import file_of, keep, name_of, recall, unpack
-from course_lib.tasks.recognition import Wrong, known_of, load_source
+from course_lib.tasks.diagnosis import diagnose, recognition
+from course_lib.tasks.diagnosis.agreement import Sampled, leaves
+from course_lib.tasks.diagnosis.public_answers import file_of, keep, name_of, recall, unpack
+from course_lib.tasks.diagnosis.recognition import Wrong, known_of, load_source
 from course_lib.tasks.running import Outcome, run_all
 
 TREE = Tree(solutions.ROOT)
@@ -42,7 +42,7 @@ def test_a_session_knows_mistakes_again_and_runs_none(lab, monkeypatch):
         known_of.clear()
         recall(task, cases)
         monkeypatch.setattr(recognition, "run", never)
-        monkeypatch.setattr(diagnosis, "run", never)
+        monkeypatch.setattr(diagnose, "run", never)
         names = tasks.judge_all(task, cases, outcomes).diagnosis.names
         assert set(names) == {mistake.name, *mistake.alike}
 
@@ -92,7 +92,7 @@ def test_leaves_say_what_a_value_is_made_of():
 
 
 def test_a_lab_whose_file_is_missing_runs_its_mistakes(tmp_path, monkeypatch):
-    monkeypatch.setattr("course_lib.tasks.public_answers.file_of", lambda lab: tmp_path / "none.npz")
+    monkeypatch.setattr("course_lib.tasks.diagnosis.public_answers.file_of", lambda lab: tmp_path / "none.npz")
     task = tasks.get("02-1")
     case = Case(dict(task.public()[0].given), dict(task.public()[0].hidden))
     recall(task, [case])

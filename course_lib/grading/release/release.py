@@ -137,7 +137,7 @@ def library_files(numbers: Sequence[str], root: Path) -> list[Path]:
         files += [p for p in (library / room).rglob("*") if p.is_file() and "__pycache__" not in p.parts]
     files += [library / "launch" / f"{name}.py" for name in VERBS] + [*(library / "launch/bootstrap").glob("*.py")]
     for number in numbers:
-        files += library.glob(f"tasks/labs/lab_{number}_*/*.py")
+        files += [p for p in library.glob(f"tasks/labs/lab_{number}_*/*") if p.suffix in (".py", ".npz")]
     return closure([*files, library / "tasks/__init__.py"], root, lambda path: library / "grading" in path.parents)
 
 

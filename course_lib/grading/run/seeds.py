@@ -7,7 +7,7 @@ import secrets
 from course_lib import tasks
 from course_lib.authoring import solutions
 from course_lib.grading.run.grade_submission import load_data
-from course_lib.tasks.recognition import load_source
+from course_lib.tasks.diagnosis.recognition import load_source
 
 __all__ = ["draw_seed", "is_fair"]
 

@@ -16,8 +16,8 @@ from course_lib.grading.ledger.ledger import Ledger
 from course_lib.grading.ledger.resolve import find_lab, find_standing, find_task
 from course_lib.grading.run.grade_submission import load_data
 from course_lib.grading.safe_text import clean
+from course_lib.tasks.diagnosis.recognition import load_source
 from course_lib.tasks.plain import Plain
-from course_lib.tasks.recognition import load_source
 
 __all__ = ["questions", "readable"]
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from course_lib.tasks.anatomy import of_rounding
 from course_lib.tasks.core import Case
+from course_lib.tasks.diagnosis.anatomy import of_rounding
 from course_lib.tasks.labs.lab_01_rgbd_images.wall import MILLIMETRE
 from course_lib.tasks.plain import Plain
 

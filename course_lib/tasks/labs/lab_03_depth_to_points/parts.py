@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from course_lib.tasks.anatomy import of_rounding
 from course_lib.tasks.core import Case
+from course_lib.tasks.diagnosis.anatomy import of_rounding
 from course_lib.tasks.plain import Plain
 
 Found = tuple[str, str]

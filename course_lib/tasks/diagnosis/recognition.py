@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from course_lib.tasks.agreement import distance, verdict_on_made
 from course_lib.tasks.core import Case, Misconception, Task, Verdict
+from course_lib.tasks.diagnosis.agreement import distance, verdict_on_made
 from course_lib.tasks.running import Outcome, run
 
 FAR = 5.0

@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 
 from course_lib.tasks import registry
-from course_lib.tasks.agreement import Sampled, leaves
 from course_lib.tasks.core import Case, Task
+from course_lib.tasks.diagnosis.agreement import Sampled, leaves
+from course_lib.tasks.diagnosis.recognition import Wrong, known_of
 from course_lib.tasks.plain import from_wire, to_wire
-from course_lib.tasks.recognition import Wrong, known_of
 from course_lib.tasks.running import Outcome
 
 FILE = "public.npz"

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from course_lib.tasks.core import Case, Task, Verdict, middle_of
-from course_lib.tasks.forms import NAN_ALWAYS, of_gaps
-from course_lib.tasks.named_errors import ALL_ZERO, SIGN_IN_SOME, Found, all_zero, part_of
+from course_lib.tasks.diagnosis.forms import NAN_ALWAYS, of_gaps
+from course_lib.tasks.diagnosis.named_errors import ALL_ZERO, SIGN_IN_SOME, Found, all_zero, part_of
 from course_lib.tasks.plain import Plain, describe, same
 from course_lib.tasks.wording import quantity
 

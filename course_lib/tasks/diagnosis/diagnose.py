@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from course_lib.tasks.agreement import near, same_kind
-from course_lib.tasks.anatomy import always_the_same, anatomy
 from course_lib.tasks.core import Case, Misconception, Task, Verdict
-from course_lib.tasks.forms import COUNTS, form_problem, gap_problem
-from course_lib.tasks.named_errors import part_of
+from course_lib.tasks.diagnosis.agreement import near, same_kind
+from course_lib.tasks.diagnosis.anatomy import always_the_same, anatomy
+from course_lib.tasks.diagnosis.forms import COUNTS, form_problem, gap_problem
+from course_lib.tasks.diagnosis.named_errors import part_of
+from course_lib.tasks.diagnosis.recognition import Wrong, known_of, recognise, recognise_several, wrong_of
+from course_lib.tasks.diagnosis.slips import Slip, answer_slips, input_slips
 from course_lib.tasks.plain import Plain, same
-from course_lib.tasks.recognition import Wrong, known_of, recognise, recognise_several, wrong_of
 from course_lib.tasks.running import Outcome, run
-from course_lib.tasks.slips import Slip, answer_slips, input_slips
 
 UNKNOWN = "It is not a mistake that this check knows."
 MANY = 3
