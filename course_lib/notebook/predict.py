@@ -66,14 +66,16 @@ def _compare(guess: object, truth: float, unit: str, digits: int) -> str:
         in_unit = f" in {unit}" if unit else ""
         return f"{guess!r} is not a number: put one{in_unit} in place of it, without the unit and without quotes."
     said = f"You said {amount(guess, unit, digits)}"
-    away = abs(guess - truth)
+    away = amount(abs(guess - truth), unit, 2)
+    if unit == "%":  # 50 % is not 21 % more than 29 %
+        away = away.replace(" %", " percentage point" if away == "1 %" else " percentage points")
     if amount(float(guess), unit, digits) == amount(truth, unit, digits):
         return f"{said}: exactly right."
     if truth == 0 or guess == 0 or (guess < 0) != (truth < 0):
-        return f"{said}: {amount(away, unit, 2)} too {'high' if guess > truth else 'low'}."
+        return f"{said}: {away} too {'high' if guess > truth else 'low'}."
     factor = max(abs(guess / truth), abs(truth / guess))
     if factor <= 1.1:
-        return f"{said}: very close, {amount(away, unit, 2)} too {'high' if guess > truth else 'low'}."
+        return f"{said}: very close, {away} too {'high' if guess > truth else 'low'}."
     if factor < 2:
-        return f"{said}: {amount(away, unit, 2)} too {'high' if guess > truth else 'low'}, the right size."
+        return f"{said}: {away} too {'high' if guess > truth else 'low'}, the right size."
     return f"{said}: {amount(factor, '', 2)} times too {'large' if abs(guess) > abs(truth) else 'small'}."

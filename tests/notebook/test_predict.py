@@ -3,7 +3,7 @@
 import pytest
 
 from course_lib.notebook import predict
-from course_lib.notebook.predict import Prediction
+from course_lib.notebook.predict import Prediction, _compare
 
 
 def said(capsys, *args, **kwargs) -> list[str]:
@@ -54,3 +54,14 @@ def test_a_question_may_have_a_word_as_its_answer(capsys):
     assert said(capsys, "Which axis?", None, "z")[1].startswith("Put your word in place of None")
     assert said(capsys, "Which axis?", " Z ", "z")[1] == "You said Z: that is right."
     assert said(capsys, "Which axis?", "x", "z")[1:] == ["You said x: not so.", "Answer: z."]
+
+
+@pytest.mark.parametrize(
+    ("guess", "says"),
+    [
+        (50, "You said 50 %: 21 percentage points too high, the right size."),
+        (28, "very close, 1 percentage point too low"),
+    ],
+)
+def test_shares_differ_by_percentage_points(guess, says):
+    assert says in _compare(guess, 29, "%", 2)
