@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -161,9 +162,15 @@ def judge_transform(
         )
     angle = rotation_degrees(R, np.asarray(truth, float)[:3, :3])
     shift = float(np.linalg.norm(T[:3, 3] - np.asarray(truth, float)[:3, 3]))
-    return worst_of(
-        measured(angle, degrees, "deg", "the rotation", ""), measured(shift, metres, "m", "the translation", "")
+    turn, move = (
+        measured(angle, degrees, "deg", "the rotation", ""),
+        measured(shift, metres, "m", "the translation", ""),
     )
+    both = worst_of(turn, move)
+    if turn.passed or move.passed:
+        return both
+    follows = f" The translation, off by {quantity(shift, 'm')}, may only follow from it."
+    return replace(turn, message=turn.message + follows, score=both.score)
 
 
 def rotation_degrees(A: np.ndarray, B: np.ndarray) -> float:

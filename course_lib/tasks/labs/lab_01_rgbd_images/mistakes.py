@@ -250,6 +250,12 @@ ENCODING_MISTAKES = (
         _encoding(rotates='["tum", "sun", "realsense"]'),
     ),
     Misconception(
+        "65535 dropped in every encoding",
+        "65535 taken for no data in every encoding: only a RealSense means that, elsewhere it is a depth like another",
+        _encoding().replace('if encoding == "realsense"', "if True"),
+        variants=(_encoding().replace('if encoding == "realsense"', 'if encoding != "sun"'),),
+    ),
+    Misconception(
         "65535 believed",
         "65535 taken for 65.5 m: it is the largest 16-bit number, an overflow, and means no data",
         _encoding(overflow="raw"),

@@ -62,10 +62,11 @@ def _encoding_cases(rng: np.random.Generator) -> list[Case]:
         metres = wall_with_things(rng, 24, 32)
         metres[:, -4:] = rng.uniform(8.3, 9.8, (24, 4))  # a far end: in SUN's files it needs the bits that rotate
         raw = np.rint(metres * steps).astype(np.uint16)
+        raw[5, 7], raw[6, 9] = 65535, 60000  # only a RealSense means nothing by the first
         truth = raw / steps
         if encoding == "realsense":
             overflow = rng.random(raw.shape) < 0.03
-            overflow[2, 3] = True
+            overflow[2, 3] = overflow[5, 7] = True
             raw[overflow], truth[overflow] = 65535, 0
         if encoding == "sun":
             raw = (raw << 3) | (raw >> 13)
@@ -79,7 +80,7 @@ _TASK_2 = Task(
     id="01-2",
     title="Three cameras, one unit",
     points=2,
-    version=1,
+    version=2,
     kind="real",
     signature="def to_metres(raw, encoding)",
     cases=_encoding_cases,
