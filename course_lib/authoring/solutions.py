@@ -102,6 +102,11 @@ def reference(task_id: str, root: Path = ROOT) -> str:
     return stubs.reference_source(task_of_lab(task_id, root).source)
 
 
+def answer_function(task: tasks.Task, root: Path = ROOT) -> Callable[..., Any]:
+    """The course's own answer to a task, as a function; CourseError if its lab does not hold it."""
+    return load_source(f"{preamble(task.lab, root)}\n{reference(task.id, root)}", task.function)
+
+
 def right_function(task: tasks.Task, root: Path = ROOT) -> Callable[..., Any] | None:
     """The right function of a task, to try changed inputs on; None for tasks whose answer no input changes.
 
@@ -112,7 +117,7 @@ def right_function(task: tasks.Task, root: Path = ROOT) -> Callable[..., Any] | 
     """
     if task.kind in ("open", "which", "explain"):
         return None
-    return load_source(f"{preamble(task.lab, root)}\n{reference(task.id, root)}", task.function)
+    return answer_function(task, root)
 
 
 def stub(task_id: str, root: Path = ROOT) -> str:

@@ -167,5 +167,5 @@ def test_a_drawn_seed_is_fair(lab, monkeypatch):
 
 
 def test_a_seed_on_which_the_solution_fails_is_not_fair(monkeypatch):
-    monkeypatch.setattr(seeds.solutions, "reference", lambda task_id: MILLIMETRES)
+    monkeypatch.setattr(seeds.solutions, "reference", lambda task_id, root: MILLIMETRES)
     assert not seeds.is_fair("00", 7)

@@ -7,7 +7,6 @@ import secrets
 from course_lib import tasks
 from course_lib.authoring import solutions
 from course_lib.grading.run.grade_submission import load_data
-from course_lib.tasks.diagnosis.recognition import load_source
 
 __all__ = ["draw_seed", "is_fair"]
 
@@ -18,7 +17,7 @@ def is_fair(lab: str, seed: int) -> bool:
     """Whether the reference earns all points on the inputs of a seed; an open task's best band can be out of reach."""
     for task in tasks.lab(lab):
         if task.kind != "explain":
-            function = load_source(solutions.preamble(lab) + "\n" + solutions.reference(task.id), task.function)
+            function = solutions.answer_function(task)
             cases = tasks.fresh(task, seed, load_data() if task.data else None)
             if tasks.judge_all(task, cases, tasks.run_all(function, cases)).points < task.points:
                 return False

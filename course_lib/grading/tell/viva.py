@@ -16,7 +16,6 @@ from course_lib.grading.ledger.ledger import Ledger
 from course_lib.grading.ledger.resolve import find_lab, find_standing, find_task
 from course_lib.grading.run.grade_submission import load_data
 from course_lib.grading.safe_text import clean
-from course_lib.tasks.diagnosis.recognition import load_source
 from course_lib.tasks.plain import Plain
 
 __all__ = ["questions", "readable"]
@@ -50,7 +49,7 @@ def questions(grades: Path, student: str, lab: str, number: int | None, seed: in
         yield from (f"    {name} = {readable(value)}" for name, value in case.given.items())
         yield "  What comes out? Why?"
         if answers:
-            function = load_source(solutions.preamble(lab) + "\n" + solutions.reference(task.id), task.function)
+            function = solutions.answer_function(task)
             right = tasks.run(function, case)
             yield f"  (The course's solution gives {readable(right.answer)})"
         yield ""
