@@ -115,7 +115,8 @@ def _metadata(cell: NotebookNode) -> dict:
     tags = cell_tags(cell)
     hidden = {"prediction": "outputs_hidden", "hide-input": "source_hidden"}
     jupyter = {part: True for tag, part in hidden.items() if tag in tags}
-    return {key: value for key, value in (("tags", tags), ("jupyter", jupyter)) if value}
+    collapsed = "outputs_hidden" in jupyter  # JupyterLab writes both; with one alone, opening a notebook changes it
+    return {key: value for key, value in (("tags", tags), ("jupyter", jupyter), ("collapsed", collapsed)) if value}
 
 
 def read_source(path: Path) -> NotebookNode:

@@ -16,8 +16,11 @@ import nbformat
 import psutil
 import pytest
 from click.testing import CliRunner
+from jupyter_client.manager import start_new_kernel
+
 from nbformat.sign import NotebookNotary
 
+from course_lib.authoring import notebooks as nbs
 from course_lib.authoring.tree import CourseError, Tree
 from course_lib.launch import my_work, reset, server, start
 
@@ -221,6 +224,19 @@ def test_settings_bind_to_this_machine_and_keep_pop_ups_away(tree):
     page = json.loads((file.parent / "labconfig" / "page_config.json").read_text("utf-8"))
     assert page["buildCheck"] is False and page["buildAvailable"] is False
     assert page["disabledExtensions"]["@jupyterlab/apputils-extension:announcements"] is True
+
+
+def test_a_kernel_tells_no_version_that_would_be_written_into_what_is_opened(tree, monkeypatch):
+    server.settings(tree, 8901, "lab")
+    for key, value in server.environment(tree).items():
+        monkeypatch.setenv(key, value)
+    manager, client = start_new_kernel(kernel_name="python3")
+    try:
+        told = client.kernel_info(reply=True, timeout=SECONDS)["content"]["language_info"]
+    finally:
+        client.stop_channels()
+        manager.shutdown_kernel(now=True)
+    assert told == nbs.LANGUAGE  # what a stored notebook has: JupyterLab sees nothing to change
 
 
 def test_nobodys_own_jupyter_settings_take_part(tree, monkeypatch):
