@@ -235,6 +235,7 @@ half_pixel_guess = predict(
     "at 1.5 m depth?", guess=None, unit="mm")
 
 # %% tags=["hide-input", "prediction"]
+# The answer: run this after your guess.
 half_pixel_guess.answer(
     1000 * np.hypot(0.5, 0.5) * 1.5 / c.fx, digits=2,
     why="Turn the triangle around: at depth z, one pixel is z / f wide. "
@@ -415,6 +416,7 @@ apart_guess = predict(
     f"{c.fx:.0f}?", guess=None, unit="m")
 
 # %% tags=["hide-input", "prediction"]
+# The answer: run this after your guess.
 tape = 1.3
 measured = np.linalg.norm(lazy[v2, u2] - lazy[v1, u1])
 apart_guess.answer(

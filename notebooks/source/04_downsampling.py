@@ -108,6 +108,7 @@ half_voxel_guess = predict(
     "animal keep?", guess=None, unit="times")
 
 # %% tags=["hide-input", "prediction"]
+# The answer: run this after your guess.
 fine, coarse = (len(voxel_grid(points, size)[0]) for size in (0.005, 0.01))
 half_voxel_guess.answer(
     fine / coarse, digits=2,

@@ -105,6 +105,7 @@ board_guess = predict(
     "its normal off, without the mean?", guess=None, unit="degrees")
 
 # %% tags=["hide-input", "prediction"]
+# The answer: run this after your guess.
 def board(tilt, count=4000, noise=0.005, size=(1.0, 1.0), seed=6):
     """Points of a board two metres ahead, tilted about x by some degrees, and its true normal."""
     rng = np.random.default_rng(seed)

@@ -289,6 +289,7 @@ start_guess = predict(
     guess=None, unit="degrees")
 
 # %% tags=["hide-input", "prediction"]
+# The answer: run this after your guess.
 angles, offsets = np.arange(0, 181, 30), np.array([0, 0.05, 0.1, 0.2])
 few = surface[::5]
 maps = {}
@@ -484,6 +485,7 @@ corridor_guess = predict(
     guess=None, unit="m")
 
 # %% tags=["hide-input", "prediction"]
+# The answer: run this after your guess.
 def corridor(n):
     """Points of a corridor along x, 2 m wide and 2.5 m high, with 5 mm noise, and the walls' normals."""
     x, s, wall = rng.uniform(0, 20, n), rng.uniform(0, 1, n), rng.integers(4, size=n)
