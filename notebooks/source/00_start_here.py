@@ -138,27 +138,33 @@ show(pointcloud.from_frame(real), views=["camera", "side"], title="A box seen by
 #
 # ## The map
 #
-# Eighteen lessons, each with a lab. Those without minutes are still to come.
+# Every lesson has a lab. Those without minutes are still to come.
 #
-# | Lesson | Minutes, lesson + lab | You will be able to |
-# |---|---|---|
-# | **00 Start here** | 15 + 5 | see the whole trip |
-# | **01 RGB-D images** | 45 + 60 | read any depth image in metres |
-# | **02 Point clouds** | 45 + 60 | read, pack and place clouds |
-# | **03 From depth to points** | 45 + 60 | lift an image into space, and say how wrong it can go |
-# | 04 Downsampling, normals, features | | thin a cloud without losing its shape |
-# | 05 Outliers | | remove what is not there |
-# | 06 Planes | | find floors, tables, walls |
-# | 07 ICP | | align two clouds |
-# | 08 Meshes, 09 Alpha shapes | | turn points into surfaces |
-# | 10 RGB-D odometry | | follow the camera |
-# | 11 D455 calibration | | know your own camera |
-# | 12 Stitching, 13 Many views | | build one model from many images |
-# | 14 Sensing depth | | know how depth is measured |
-# | 15 Terrain from a UAV, 16 LiDAR odometry, 17 Robots | | take it outdoors, and use it |
+# <!-- map -->
+# | Lesson | Lab | Minutes, lesson + lab | You will be able to |
+# |---|---|---|---|
+# | [00 Start here](00_start_here.ipynb) | [lab 00](../exercises/00_start_here.ipynb) | 15 + 5 | see the whole trip, and rehearse handing in |
+# | [01 RGB-D images](01_rgbd_images.ipynb) | [lab 01](../exercises/01_rgbd_images.ipynb) | 45 + 60 | read any depth image in metres, and tell what it cannot know |
+# | [02 Point clouds](02_point_clouds.ipynb) | [lab 02](../exercises/02_point_clouds.ipynb) | 45 + 60 | read, pack, move and place clouds, up to PointCloud2 messages |
+# | [03 From depth to points](03_depth_to_points.ipynb) | [lab 03](../exercises/03_depth_to_points.ipynb) | 45 + 60 | lift a depth image into space, and find six ways in which it goes wrong |
+# | [04 Downsampling, normals, features](04_downsampling.ipynb) | [lab 04](../exercises/04_downsampling.ipynb) | 45 + 60 | make a cloud a hundred times smaller and price it in millimetres; normals with the right sign |
+# | [05 Outliers](05_outliers.ipynb) | [lab 05](../exercises/05_outliers.ipynb) | 45 + 60 | clean a cloud, and say by kind of outlier what each filter finds and what it costs |
+# | [06 Planes](06_planes.ipynb) | [lab 06](../exercises/06_planes.ipynb) | 45 + 60 | find planes, take the floor away, and pick text and edges out of a cloud, with precision and recall |
+# | [07 ICP](07_icp.ipynb) | [lab 07](../exercises/07_icp.ipynb) | 45 + 60 | lay one cloud on another, and tell a good fit from a number that looks like one |
+# | 08 Meshes | | | turn points into surfaces |
+# | 09 Alpha shapes | | | find the outline of a cloud, and know what its radius hides |
+# | 10 RGB-D odometry | | | follow a camera from frame to frame, and say how far it has drifted |
+# | 11 D455 calibration | | | calibrate your own camera, and know how well |
+# | 12 Stitching | | | build one model from many images |
+# | 13 Many views | | | fuse many views into one surface, and measure it |
+# | 14 Sensing depth | | | know how depth is measured, and where that fails |
+# | 15 Terrain from a UAV | | | make terrain from a drone's stereo camera |
+# | 16 LiDAR odometry | | | follow a laser scanner outdoors |
+# | 17 Robots | | | put a reconstruction to use on a robot |
+# <!-- /map -->
 #
-# Three routes. **An evening**: this lesson and 01. **A lab day**: 00, 01 and 03, each with its lab. **A semester**: a lesson and its
-# lab a week, in order.
+# Three routes. **An evening**: this lesson and [01](01_rgbd_images.ipynb). **A lab day**: 00, [01](01_rgbd_images.ipynb) and
+# [03](03_depth_to_points.ipynb), each with its lab. **A semester**: a lesson and its lab a week, in order.
 #
 # ## The error budget
 #
@@ -176,4 +182,4 @@ show.error_budget()
 #
 # ## To the lab
 #
-# Lab 00 is one line long. It rehearses how a lab works and how you hand it in: `my_work/labs/00_start_here.ipynb`.
+# Lab 00 is one line long. It rehearses how a lab works and how you hand it in: [open lab 00](../exercises/00_start_here.ipynb).

@@ -464,8 +464,7 @@ report("their depth, if you believe them", 65535 / 1000, "m")
 #
 # ## To the lab
 #
-# Lab 01 gives you raw frames and asks for metres: `exercises/01_rgbd_images.ipynb`, or `python3 course.py start` and then
-# `my_work/labs/01_rgbd_images.ipynb`.
+# Lab 01 gives you raw frames and asks for metres: [open lab 01](../exercises/01_rgbd_images.ipynb).
 #
 # ## Going further
 #

@@ -581,7 +581,7 @@ show.images({"the colours, in the cloud's order": rgb, "z (m)": z}, unit="m",
 # ## To the lab
 #
 # In lab 02 you write the reader of a PointCloud2 message, mend somebody's inverse, and tell five spoiled clouds apart:
-# `python3 course.py start 02`.
+# [open lab 02](../exercises/02_point_clouds.ipynb).
 #
 # ## Going further
 #

@@ -556,7 +556,7 @@ show.images(overlays, alt="A black stand on a floor, with the outlines of its de
 # ## To the lab
 #
 # Lab 03 has you write `deproject`, mend somebody's cloud, and find the focal length of a camera that came without a data sheet:
-# `python3 course.py start 03`.
+# [open lab 03](../exercises/03_depth_to_points.ipynb).
 #
 # ## Going further
 #

@@ -639,7 +639,7 @@ show.panels(drawn, frame="camera", view="top", color="depth", size=2,
 #
 # ## To the lab
 #
-# Lab 04 has you write the voxel grid, mend somebody's normals and thin a cloud without tearing holes: `python3 course.py start 04`.
+# Lab 04 has you write the voxel grid, mend somebody's normals and thin a cloud without tearing holes: [open lab 04](../exercises/04_downsampling.ipynb).
 #
 # ## Going further
 #

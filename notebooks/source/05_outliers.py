@@ -592,7 +592,7 @@ show.panels({name: [{"kept": (real[keep], "surface"), "removed": (real[~keep], "
 # ## To the lab
 #
 # Lab 05 has you read a threshold from a histogram, measure distances to neighbours, mend somebody's radius filter, tell five spoiled desks apart, and clean a desk better than a guess:
-# `python3 course.py start 05`.
+# [open lab 05](../exercises/05_outliers.ipynb).
 #
 # ## Going further
 #

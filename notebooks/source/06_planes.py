@@ -641,7 +641,7 @@ show.panels({"as measured": lifted, "floor, flat side, dark next to white": (lif
 #
 # ## To the lab
 #
-# Lab 06 has you derive, fit, mend and find: `python3 course.py start 06`.
+# Lab 06 has you derive, fit, mend and find: [open lab 06](../exercises/06_planes.ipynb).
 #
 # ## Going further
 #

@@ -622,7 +622,7 @@ report("and turned by", transforms.pose_error(result.T_target_source, T_0_45).de
 # ## To the lab
 #
 # Lab 07 has you write `best_rigid`, mend a step that walks away, and register two scans that share only a part:
-# `python3 course.py start 07`.
+# [open lab 07](../exercises/07_icp.ipynb).
 #
 # ## Going further
 #

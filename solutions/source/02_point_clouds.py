@@ -17,7 +17,7 @@
 # where it says `raise NotImplementedError`, run the cell, then run the check below it. The check tells you by how much you
 # are off; after a second try also what it looks like, after a third where to read.
 #
-# Everything you need stands in lesson 02. You may use NumPy and `struct`. Clouds are `(N, 3)` arrays of metres.
+# Everything you need stands in [lesson 02](../notebooks/02_point_clouds.ipynb). You may use NumPy and `struct`. Clouds are `(N, 3)` arrays of metres.
 
 # %%
 from course_lib.notebook import check, data, files, picture, report, show

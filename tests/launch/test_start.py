@@ -17,7 +17,6 @@ import psutil
 import pytest
 from click.testing import CliRunner
 from jupyter_client.manager import start_new_kernel
-
 from nbformat.sign import NotebookNotary
 
 from course_lib.authoring import notebooks as nbs
@@ -26,8 +25,9 @@ from course_lib.launch import my_work, reset, server, start
 
 ROOT = Path(__file__).resolve().parents[2]
 SECONDS = 120  # a guard against hanging, nothing is judged by it
-PROSE = "See [the glossary](../docs/glossary.md#depth), [the lab](../exercises/01_rgbd_images.ipynb#task-1), [web](https://a.b/../c), " + (
-    "[readme](../README.md), [next](02_point_clouds.ipynb), [here](#card)"
+PROSE = (
+    "See [the glossary](../docs/glossary.md#depth), [the lab](../exercises/01_rgbd_images.ipynb#task-1), "
+    "[web](https://a.b/../c), [readme](../README.md), [next](02_point_clouds.ipynb), [here](#card)"
 )
 NAMES = ("00_start_here", "01_rgbd_images", "02_point_clouds")
 

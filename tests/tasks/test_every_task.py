@@ -13,6 +13,7 @@ from collected import PROBLEMS, TASKS, each_task, loader, reference
 
 from course_lib import tasks
 from course_lib.authoring import solutions, stubs
+from course_lib.notebook import _where
 from course_lib.tasks.core import Task
 from course_lib.tasks.sources import forbidden
 
@@ -65,6 +66,17 @@ def test_lab_and_task_agree(task: Task) -> None:
     assert re.fullmatch(rf'check\("{task.id}", {task.function}\)', lab.check.splitlines()[-1].strip()), lab.check
     least = 2 if task.kind in ("fill", "which", "explain") else 3
     assert lab.hints >= least, f"{lab.hints} hints; a {task.kind} task has at least {least}"
+
+
+@each_task
+def test_where_to_look_names_a_place_that_is_there(task: Task) -> None:
+    """The card makes a link of it."""
+    places = _where.named(task.where)
+    assert places and places[0][0].startswith(f"lesson {task.lab}"), task.where
+    for words, path, heading in places:
+        assert path is not None and (heading or "," not in words), f"{words}: there is no such part"
+        if said := re.search(rf"{re.escape(words)} \(([^)]+)\)", task.where):
+            assert heading.partition(" ")[2].lower() == said[1] or not heading[0].isdigit(), (heading, said[1])
 
 
 @each_task
