@@ -125,7 +125,7 @@ show((mesh, np.minimum(error_mm, 50)), label="error (50 = 50 or more)", unit="mm
 # %% [markdown]
 # ## 5 The same on a real camera
 #
-# The first step runs on a real frame, too: this one is from a RealSense camera. (If you see "skipped", the data is not on your machine yet. The message says how to get it.)
+# The first step runs on a real frame, too: this one is from a RealSense camera. (If it is not on your machine yet, you see the stored picture, and a line above it says how to get the data.)
 
 # %% tags=["real-data"]
 # real data: realsense_planes
