@@ -16,6 +16,7 @@ from course_lib.notebook._cells import real_datasets
 from . import notebooks as nbs
 from .frame import lab_frame, lesson_frame
 from .links import anchors, dead_links, images_without_alt
+from .minutes import minutes_findings
 from .outputs import decode_png
 from .pictures import what_is_empty
 from .tree import CourseError, Tree
@@ -232,13 +233,23 @@ def words(checked: Checked) -> Iterator[str]:
 
 
 def frame(checked: Checked) -> Iterator[str]:
-    """A lesson or lab over its minutes, or without a part of its frame."""
+    """A lesson or lab without a part of its frame, or with too much of one."""
     nb, name, kind = checked.nb, checked.path.stem, checked.kind
     lines = lesson_frame(nb, name) if kind == "lesson" else lab_frame(nb, name, kind == "exercise")
     return (f"{checked.name}: {line}" for line in lines)
 
 
-GATES = (pictures, alt_texts, noise, paths, errors, size, executed, real_data, links, typed_numbers, words, frame)
+def minutes(checked: Checked) -> Iterator[str]:
+    """More minutes than a lesson or lab may take, or other minutes than are stated."""
+    if checked.kind != "exercise":
+        lines = minutes_findings(checked.path, checked.kind == "solution", checked.tree)
+        yield from (f"{checked.name}: {line}" for line in lines)
+
+
+GATES = (
+    *(pictures, alt_texts, noise, paths, errors, size, executed, real_data, links, typed_numbers, words),
+    *(frame, minutes),
+)
 
 
 def kind_of(path: Path, tree: Tree) -> Kind:

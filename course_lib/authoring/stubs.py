@@ -74,6 +74,11 @@ def reference_source(source: str) -> str:
     return "\n".join(line for i, line in enumerate(lines) if i not in dropped)
 
 
+def solution_blocks(source: str) -> list[tuple[int, int]]:
+    """The solutions of a task cell: for each the line of its BEGIN, from 1, and the last line of its code."""
+    return [(block.begin + 1, block.instead) for block in _parse(source)[1]]
+
+
 def _parse(source: str) -> tuple[list[str], list[_Block]]:
     lines = source.split("\n")
     blocks: list[_Block] = []
