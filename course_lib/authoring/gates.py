@@ -19,6 +19,7 @@ from .links import anchors, dead_links, images_without_alt
 from .minutes import minutes_findings
 from .outputs import decode_png
 from .pictures import what_is_empty
+from .predictions import gives_away
 from .tree import CourseError, Tree
 
 MOST_BYTES = 1_200_000
@@ -232,6 +233,12 @@ def words(checked: Checked) -> Iterator[str]:
             yield checked.at(n, f"the word {match[0]!r}")
 
 
+def predictions(checked: Checked) -> Iterator[str]:
+    """A prediction that gives itself away."""
+    if checked.kind == "lesson":
+        yield from (checked.at(n, line) for n, line in gives_away(checked.nb.cells))
+
+
 def frame(checked: Checked) -> Iterator[str]:
     """A lesson or lab without a part of its frame, or with too much of one."""
     nb, name, kind = checked.nb, checked.path.stem, checked.kind
@@ -248,7 +255,7 @@ def minutes(checked: Checked) -> Iterator[str]:
 
 GATES = (
     *(pictures, alt_texts, noise, paths, errors, size, executed, real_data, links, typed_numbers, words),
-    *(frame, minutes),
+    *(predictions, frame, minutes),
 )
 
 

@@ -14,6 +14,7 @@ from course_lib.notebook.lessons import lessons
 from . import notebooks as nbs
 from . import stubs
 from .parts import Part, core_of, parts_of
+from .predictions import ASKED
 from .syntax import logical_lines
 from .tree import Tree
 
@@ -27,7 +28,6 @@ WHAT_IS_COUNTED = (
     "and half a minute a line of its solution"
 )
 
-_PREDICT = re.compile(r"(?<!def )\bpredict\(")
 _RULE = re.compile(r"^[ \t>]*\|?[ \t]*:?-+:?[ \t]*(?:\|[ \t]*:?-+:?[ \t]*)+\|?[ \t]*$", re.M)  # below a table's head
 
 
@@ -49,7 +49,7 @@ def _reading(part: Part) -> float:
     given = [cell for cell in part.code if not {"task", "check"} & set(nbs.cell_tags(cell))]
     shown = [cell.source for cell in part.code if "hide-input" not in nbs.cell_tags(cell)]
     lines = sum(len(logical_lines(_as_given(source))) for source in shown)
-    predictions = sum(len(_PREDICT.findall(cell.source)) for cell in part.code)
+    predictions = sum(len(ASKED.findall(cell.source)) for cell in part.code)
     looks = part.figures + _tables(part, given) + predictions
     return (words_of(part.heading) + words_of(part.prose)) / WORDS_A_MINUTE + lines * LINE_MINUTES + looks
 
