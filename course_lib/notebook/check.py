@@ -19,7 +19,7 @@ from typing import Any
 
 from course_lib import tasks
 from course_lib.tasks.diagnosis.public_answers import recall
-from course_lib.tasks.judging import Result, band
+from course_lib.tasks.judging import UNSTEADY, Result, band
 from course_lib.tasks.plain import describe
 from course_lib.tasks.private import listed
 from course_lib.tasks.running import Outcome
@@ -67,7 +67,7 @@ def check(task_id: str, function: Callable[..., Any]) -> Card:
     load = _loader(task)
     cases = task.public(load)
     recall(task, cases)
-    outcomes = tasks.run_all(function, cases)
+    outcomes = tasks.run_all(function, cases, twice=task.kind == "open")
     result = tasks.judge_all(task, cases, outcomes)
     if result.status == "not started":
         if strict:
@@ -167,7 +167,8 @@ def _passed(result: Result, outcomes: list[Outcome]) -> Card:
         return Card("by hand", task.label, state, (words,), said)
     if task.kind == "open":
         state = f"passed · {result.points:g} of {_points(task.points)}"
-        return Card("passed", task.label, state, (f"{result.error} This is the median of {count} scenes.",), said)
+        worst = f"{result.error} This is the worst of {count} scenes; a grade is what the worst of {task.draws} earns."
+        return Card("passed", task.label, state, (worst, *_luck(result)), said)
     cases = {1: "", 2: " in both cases"}.get(count, f" in all {count} cases")
     worst = max(verdict.ratio for verdict in result.verdicts)
     counted = result.verdict.unit in _COUNTED
@@ -175,10 +176,15 @@ def _passed(result: Result, outcomes: list[Outcome]) -> Card:
     return Card("passed", task.label, f"passed · {_points(task.points)}", (words,), said)
 
 
+def _luck(result: Result) -> tuple[str, ...]:
+    """What there is to say of an answer that draws at random without a seed."""
+    return (UNSTEADY,) if result.unsteady else ()
+
+
 def _failed(result: Result, outcomes: list[Outcome], failures: int) -> Card:
     """The first failure tells the error, the second also what it looks like, the third also where to look."""
     task, ratio, total = result.task, result.verdict.ratio, len(result.verdicts)
-    lines: list[str | tuple[str, str]] = [result.error]
+    lines: list[str | tuple[str, str]] = [result.error, *_luck(result)]
     formal = result.diagnosis is not None and result.diagnosis.kind == "form"
     if result.looks_like and (failures >= 2 or formal):
         start, says = "This looks like", result.looks_like

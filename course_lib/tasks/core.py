@@ -20,6 +20,8 @@ from course_lib.tasks.plain import Plain, plain
 KINDS = ("fill", "write", "mend", "which", "real", "open", "explain")
 LIBRARY = ("geometry", "camera", "cloud", "surface", "registration", "robot")
 """The rooms of course_lib that lessons import from, from the ground up."""
+SCENES, SCENES_SHOWN = 7, 3
+"""An open task earns what it earns in the worst of so many scenes; so many a learner's check shows."""
 HARMLESS = ("builtins", "math", "cmath", "typing", "collections", "itertools", "functools", "operator", "__future__")
 """Modules that every task may use."""
 
@@ -104,10 +106,9 @@ class Misconception:
         return (self.source, *self.variants)
 
 
-def middle_of(verdicts: Sequence[Verdict]) -> int:
-    """The case of the median score, which an open task is scored by and spoken of."""
-    order = sorted(range(len(verdicts)), key=lambda i: verdicts[i].score)
-    return order[(len(order) - 1) // 2 if len(order) % 2 else len(order) // 2]
+def lowest(verdicts: Sequence[Verdict]) -> int:
+    """The case of the lowest score, which an open task is scored by and spoken of; of several the farthest off."""
+    return min(range(len(verdicts)), key=lambda i: (verdicts[i].score, -verdicts[i].ratio, i))
 
 
 Judge = Callable[[Case, Plain], Verdict]
@@ -140,6 +141,7 @@ class Task:
     data : names of real datasets that the cases need; makes `cases` take `load` (the notebook's `data.load`).
     guess : for open tasks: `guess(rng)` returns a function with random settings, which must earn less than half.
     rubric : for explain tasks: what earns 0, 1 and 2.
+    repeats : whether the lesson's own code answers it; of a lab at most two tasks, worth a quarter of its points.
     """
 
     id: str
@@ -160,6 +162,7 @@ class Task:
     data: tuple[str, ...] = ()
     guess: Callable[[np.random.Generator], Callable[..., Any]] | None = None
     rubric: tuple[str, ...] = ()
+    repeats: bool = False
 
     def __post_init__(self) -> None:
         if not re.fullmatch(r"\d\d-\d+", self.id):
@@ -213,12 +216,17 @@ class Task:
 
     @property
     def draws(self) -> int:
-        """How many seeds a check draws from: an open task is scored as the median over five."""
-        return 5 if self.kind == "open" else 1
+        """How many seeds fresh cases are drawn from: an open task earns what it earns in the worst of seven scenes."""
+        return SCENES if self.kind == "open" else 1
+
+    @property
+    def shown(self) -> int:
+        """How many of them a learner's check shows."""
+        return SCENES_SHOWN if self.kind == "open" else 1
 
     def public(self, load: Callable[..., Any] | None = None) -> tuple[Case, ...]:
-        """The cases of `check`: fresh cases of a seed that follows from the id."""
-        return fresh(self, public_seed(self.id), load)
+        """The cases of `check`: fresh cases of a seed that follows from the id; of an open task three scenes."""
+        return fresh(self, public_seed(self.id), load, self.shown)
 
 
 def public_seed(task_id: str) -> int:
@@ -226,8 +234,10 @@ def public_seed(task_id: str) -> int:
     return int.from_bytes(hashlib.sha256(f"public cases of {task_id}".encode()).digest()[:6], "big")
 
 
-def fresh(task: Task, seed: int, load: Callable[..., Any] | None = None) -> tuple[Case, ...]:
-    """Cases of a task for a seed: one drawing, of an open task five.
+def fresh(
+    task: Task, seed: int, load: Callable[..., Any] | None = None, draws: int | None = None
+) -> tuple[Case, ...]:
+    """Cases of a task for a seed: one drawing, of an open task seven.
 
     Parameters
     ----------
@@ -235,19 +245,20 @@ def fresh(task: Task, seed: int, load: Callable[..., Any] | None = None) -> tupl
     seed : any whole number ≥ 0; the same seed gives the same cases.
     load : `course_lib.notebook.data.load`, or what stands for it; without it a task with `data` is asked on its made
         cases alone.
+    draws : of so many drawings; by default `task.draws`.
 
     Raises
     ------
     ValueError
         If the task draws no cases, or cases that are not plain.
     """
-    return _fresh(task, int(seed), load)
+    return _fresh(task, int(seed), load, task.draws if draws is None else draws)
 
 
 @lru_cache(maxsize=16)
-def _fresh(task: Task, seed: int, load: Callable[..., Any] | None) -> tuple[Case, ...]:
+def _fresh(task: Task, seed: int, load: Callable[..., Any] | None, draws: int) -> tuple[Case, ...]:
     cases: list[Case] = []
-    for draw in range(task.draws):
+    for draw in range(draws):
         rng = np.random.default_rng([seed, draw])
         drawn = task.cases(rng, load) if task.data else task.cases(rng)
         if not drawn:

@@ -7,11 +7,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from course_lib.tasks.core import Case, Misconception, Task, Verdict, middle_of
+from course_lib.tasks.core import Case, Misconception, Task, Verdict, lowest
 from course_lib.tasks.diagnosis.diagnose import UNKNOWN, Diagnosis, diagnose
 from course_lib.tasks.running import Outcome, given_text
+
+
+UNSTEADY = (
+    "Asked twice with the same input, it answered differently: it draws at random without a seed, and what it earns is "
+    "luck. Draw from `rng = np.random.default_rng(0)`, made inside the function."
+)
+"""What is said of an answer that draws at random without a seed."""
 
 
 @dataclass(frozen=True)
@@ -27,6 +32,7 @@ class Result:
     told : what that case gave, in words.
     score : 0 to 1.
     diagnosis : what went wrong; None where nothing did, or nothing can be said.
+    unsteady : whether it answered the same question otherwise when it was asked again.
     """
 
     task: Task
@@ -36,6 +42,7 @@ class Result:
     told: str
     score: float
     diagnosis: Diagnosis | None = None
+    unsteady: bool = False
 
     @property
     def passed(self) -> bool:
@@ -109,7 +116,7 @@ def judge_all(
     if len(outcomes) != len(cases) or not cases:
         raise ValueError(f"task {task.id}: {len(outcomes)} outcomes for {len(cases)} cases; one for each is needed.")
     verdicts = tuple(_verdict(task, case, outcome) for case, outcome in zip(cases, outcomes, strict=True))
-    score = _score(task, verdicts)
+    score = min(verdict.score for verdict in verdicts)
     passed = score >= 0.5 if task.kind == "open" else all(verdict.passed for verdict in verdicts)
     worst = _worst(task, outcomes, verdicts, passed)
     status = "by hand" if task.kind == "explain" else "passed"
@@ -119,7 +126,8 @@ def judge_all(
     diagnosis = None if silent else diagnose(task, cases, outcomes, verdicts, reference)
     case = cases[worst]
     told = given_text(case.given) + (f" ({case.name})" if case.name else "")
-    return Result(task, status, verdicts, worst, told, score, diagnosis)
+    unsteady = any(outcome.unsteady for outcome in outcomes)
+    return Result(task, status, verdicts, worst, told, score, diagnosis, unsteady)
 
 
 def _verdict(task: Task, case: Case, outcome: Outcome) -> Verdict:
@@ -129,18 +137,11 @@ def _verdict(task: Task, case: Case, outcome: Outcome) -> Verdict:
 
 
 def _worst(task: Task, outcomes: Sequence[Outcome], verdicts: Sequence[Verdict], passed: bool) -> int:
-    """The case to speak of: one without an answer, else the farthest off; of an open task the median one."""
+    """The case to speak of: one without an answer, else the farthest off; of an open task the worst scene."""
     if task.kind == "open" and (passed or all(outcome.kind == "answer" for outcome in outcomes)):
-        return middle_of(verdicts)
+        return lowest(verdicts)
     return min(
         range(len(verdicts)), key=lambda i: (outcomes[i].kind == "answer", verdicts[i].passed, -verdicts[i].ratio, i)
     )
 
 
-def _score(task: Task, verdicts: Sequence[Verdict]) -> float:
-    scores = np.array([verdict.score for verdict in verdicts])
-    if task.kind != "open":
-        return float(scores.min())
-    if len(scores) % task.draws:
-        raise ValueError(f"task {task.id}: an open task draws equally many cases from every seed.")
-    return float(np.median(scores.reshape(task.draws, -1).mean(axis=1)))

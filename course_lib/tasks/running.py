@@ -33,6 +33,7 @@ class Outcome:
     trouble : one sentence; why there is no answer.
     printed, warned : the beginning of what it printed, its first warning.
     overwrote : names of what it was given and changed.
+    unsteady : whether it answered the same question otherwise when it was asked again.
     """
 
     kind: str
@@ -41,6 +42,7 @@ class Outcome:
     printed: str = ""
     warned: str = ""
     overwrote: tuple[str, ...] = ()
+    unsteady: bool = False
 
 
 class _Limited(io.TextIOBase):
@@ -84,13 +86,27 @@ def run(function: Callable[..., Any], case: Case, *, as_given: bool = False) -> 
         return Outcome("not plain", None, _capital(str(error)), stream.kept, first)
 
 
-def run_all(function: Callable[..., Any], cases: Sequence[Case]) -> list[Outcome]:
-    """Call a function on each case; where it is "not started" in the first, the others are not tried."""
+def run_all(function: Callable[..., Any], cases: Sequence[Case], *, twice: bool = False) -> list[Outcome]:
+    """Call a function on each case; where it is "not started" in the first, the others are not tried.
+
+    Parameters
+    ----------
+    twice : ask the first case once more, so that randomness without a seed shows.
+    """
     first = run(function, cases[0])
     if first.kind == "not started":
         return [first] * len(cases)
     others = [run(function, case) for case in cases[1:]]
+    if twice:
+        first = compared(first, run(function, cases[0]))
     return [first, *(replace(other, kind="raised") if other.kind == "not started" else other for other in others)]
+
+
+def compared(first: Outcome, again: Outcome) -> Outcome:
+    """The first outcome, knowing whether the second call with the same inputs came to another answer."""
+    if first.kind != "answer":
+        return first
+    return replace(first, unsteady=again.kind != "answer" or not same(again.answer, first.answer, 1e-9))
 
 
 def given_text(given: Mapping[str, Plain]) -> str:

@@ -254,11 +254,21 @@ def test_open_task_shows_bands_and_points() -> None:
     assert low.tone == "failed" and low.state == "so far 1 of 4 points" and low.band is None
 
 
-def test_open_task_is_the_median_of_five() -> None:
-    values = iter([0.5, 0.5, 2.5, 9.0, 1.5])
+def test_open_task_is_the_worst_scene_and_says_what_a_grade_will_be() -> None:
+    values = iter([0.5, 1.5, 0.5, 0.5])
     card = check("90-3", lambda n: next(values))
     assert card.state == "passed · 2 of 4 points"
     assert "The result is 1.5 m, under 2 m" in card.text
+    assert "the worst of 3 scenes; a grade is what the worst of 7 earns" in card.text
+    assert "differently" not in card.text
+
+
+def test_randomness_without_a_seed_is_told() -> None:
+    values = iter([0.5, 0.5, 0.5, 0.6])
+    assert "Asked twice with the same input, it answered differently" in check("90-3", lambda n: next(values)).text
+    values = iter([9.0, 9.0, 9.0, 9.5])
+    failed = check("90-3", lambda n: next(values))
+    assert failed.tone == "failed" and "answered differently" in failed.text
 
 
 def test_explanation_is_ready_to_hand_in(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from course_lib.tasks.core import Case, Task, Verdict, middle_of
+from course_lib.tasks.core import Case, Task, Verdict, lowest
 from course_lib.tasks.diagnosis.forms import NAN_ALWAYS, of_gaps
 from course_lib.tasks.diagnosis.named_errors import ALL_ZERO, SIGN_IN_SOME, Found, all_zero, part_of
 from course_lib.tasks.plain import Plain, describe, same
@@ -28,7 +28,7 @@ def anatomy(task: Task, cases: Sequence[Case], answers: Sequence[Plain], verdict
     told = [i for i in failed if answers[i] is not None and math.isfinite(verdicts[i].error)]
     if not failed:
         return None
-    spoken = middle_of(verdicts) if task.kind == "open" else -1
+    spoken = lowest(verdicts) if task.kind == "open" else -1
     worst = max(told, key=lambda i: (i == spoken, verdicts[i].ratio), default=failed[0])
     found = part_of(task, cases[worst], answers[worst]) if told else None
     if found is None and len(failed) == 1 and len(verdicts) > 2 and task.kind != "open":
