@@ -5,15 +5,14 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 from nbformat import NotebookNode
 
 from course_lib.notebook._cells import real_datasets
 
 from . import notebooks as nbs
+from .checked import Checked, Kind
 from .frame import lab_frame, lesson_frame
 from .links import anchors, dead_links, images_without_alt
 from .minutes import minutes_findings
@@ -23,7 +22,7 @@ from .predictions import gives_away
 from .tree import CourseError, Tree
 
 MOST_BYTES = 1_200_000
-Kind = Literal["lesson", "solution", "exercise"]
+MOST_COLUMNS = 80  # of code
 
 _PATH = re.compile(r"(?<![\w.:/~-])/(?:home|root|work|tmp|Users|mnt|var/folders)/|\b[A-Za-z]:\\+Users\\")
 _TIMING = re.compile(
@@ -41,31 +40,6 @@ _NOT_PROSE = re.compile(
     r"```.*?```|`[^`\n]*`|\$\$.*?\$\$|\$[^$\n]+\$|^[ \t]*[|>][^\n]*$|\[[^\]]*\]\([^)]*\)", re.S | re.M
 )
 _EMPTY_WORDS = re.compile(r"\b(?:simply|obviously)\b", re.I)
-
-
-@dataclass(frozen=True)
-class Checked:
-    """A notebook under examination."""
-
-    nb: NotebookNode
-    path: Path
-    kind: Kind
-    tree: Tree
-
-    @property
-    def name(self) -> str:
-        return self.tree.relative(self.path)
-
-    def at(self, number: int, message: str) -> str:
-        """One finding about one cell."""
-        cell = self.nb.cells[number]
-        return f"{self.name}: cell {number} ({cell.get('id', 'no id')}): {message}"
-
-    def code(self) -> Iterator[tuple[int, NotebookNode]]:
-        return ((n, cell) for n, cell in enumerate(self.nb.cells) if cell.cell_type == "code")
-
-    def prose(self) -> Iterator[tuple[int, NotebookNode]]:
-        return ((n, cell) for n, cell in enumerate(self.nb.cells) if cell.cell_type == "markdown")
 
 
 def _texts(cell: NotebookNode) -> Iterator[str]:
@@ -204,6 +178,17 @@ def real_data(checked: Checked) -> Iterator[str]:
             yield checked.at(n, "it draws from rng, which later cells draw from: without its data these would differ")
 
 
+def wide_lines(checked: Checked) -> Iterator[str]:
+    """Code that a projector at 150 % cuts off; of an exercise only what differs from its solution: the stubs."""
+    for n, cell in checked.code():
+        if checked.kind == "exercise" and "task" not in nbs.cell_tags(cell):
+            continue
+        lines = enumerate(cell.source.splitlines(), start=1)
+        wide = [f"line {number} ({len(line)})" for number, line in lines if len(line) > MOST_COLUMNS]
+        if wide:
+            yield checked.at(n, f"{len(wide)} of its lines over {MOST_COLUMNS} characters: {', '.join(wide)}")
+
+
 def links(checked: Checked) -> Iterator[str]:
     """A link or an image that leads nowhere."""
     own = anchors("\n\n".join(cell.source for _, cell in checked.prose()))
@@ -255,7 +240,7 @@ def minutes(checked: Checked) -> Iterator[str]:
 
 GATES = (
     *(pictures, alt_texts, noise, paths, errors, size, executed, real_data, links, typed_numbers, words),
-    *(predictions, frame, minutes),
+    *(predictions, frame, minutes, wide_lines),
 )
 
 

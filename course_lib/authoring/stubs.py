@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from course_lib.authoring.tree import CourseError
 
 BEGIN, INSTEAD, END, GIVEN = "# BEGIN SOLUTION", "# INSTEAD", "# END SOLUTION", "#|"
-MEND = "# delete this line, then mend what follows"
+MEND = "# delete the next line, then mend what follows"
 
 
 @dataclass(frozen=True)
@@ -58,11 +58,9 @@ def exercise_source(source: str, number: int, title: str, keep_plan: bool = True
         result += lines[done : block.begin]
         if keep_plan:
             result += [block.indent + comments[i] for i in range(block.begin + 1, block.instead) if i in comments]
-        if block.instead < block.end:
-            result.append(f"{block.indent}{stub}  {MEND}")
-            result += _given(lines, block)
-        else:
-            result.append(block.indent + stub)
+        mend = block.instead < block.end
+        result += [block.indent + line for line in ([MEND] if mend else []) + [stub]]
+        result += _given(lines, block) if mend else []
         done = block.end + 1
     return "\n".join(result + lines[done:])
 
