@@ -16,6 +16,7 @@ from .checked import Checked, Kind
 from .frame import lab_frame, lesson_frame
 from .links import anchors, dead_links, images_without_alt
 from .minutes import minutes_findings
+from .one_meaning import second_meanings
 from .outputs import decode_png
 from .pictures import what_is_empty
 from .predictions import gives_away
@@ -189,6 +190,12 @@ def wide_lines(checked: Checked) -> Iterator[str]:
             yield checked.at(n, f"{len(wide)} of its lines over {MOST_COLUMNS} characters: {', '.join(wide)}")
 
 
+def one_meaning(checked: Checked) -> Iterator[str]:
+    """A name that a later section gives another meaning."""
+    if checked.kind != "exercise":
+        yield from (checked.at(n, line) for n, line in second_meanings(checked.nb))
+
+
 def links(checked: Checked) -> Iterator[str]:
     """A link or an image that leads nowhere."""
     own = anchors("\n\n".join(cell.source for _, cell in checked.prose()))
@@ -240,7 +247,7 @@ def minutes(checked: Checked) -> Iterator[str]:
 
 GATES = (
     *(pictures, alt_texts, noise, paths, errors, size, executed, real_data, links, typed_numbers, words),
-    *(predictions, frame, minutes, wide_lines),
+    *(predictions, frame, minutes, wide_lines, one_meaning),
 )
 
 
