@@ -13,7 +13,9 @@ from course_lib.notebook._cells import real_datasets
 
 from . import notebooks as nbs
 from .checked import Checked, Kind
+from .choice_keys import told_keys
 from .frame import lab_frame, lesson_frame
+from .lab_keys import told_lines
 from .links import anchors, dead_links, images_without_alt
 from .minutes import minutes_findings
 from .one_meaning import second_meanings
@@ -196,6 +198,13 @@ def one_meaning(checked: Checked) -> Iterator[str]:
         yield from (checked.at(n, line) for n, line in second_meanings(checked.nb))
 
 
+def lab_keys(checked: Checked) -> Iterator[str]:
+    """What a lab tells of its answers outside them; the exercise is made of the same cells."""
+    if checked.kind == "solution":
+        told = (*told_lines(checked.nb), *told_keys(checked.nb))
+        yield from (checked.at(n, line) for n, line in told)
+
+
 def links(checked: Checked) -> Iterator[str]:
     """A link or an image that leads nowhere."""
     own = anchors("\n\n".join(cell.source for _, cell in checked.prose()))
@@ -247,7 +256,7 @@ def minutes(checked: Checked) -> Iterator[str]:
 
 GATES = (
     *(pictures, alt_texts, noise, paths, errors, size, executed, real_data, links, typed_numbers, words),
-    *(predictions, frame, minutes, wide_lines, one_meaning),
+    *(predictions, frame, minutes, wide_lines, one_meaning, lab_keys),
 )
 
 
