@@ -11,8 +11,9 @@ from nbformat.v4 import new_output
 
 from course_lib.authoring import notebooks as nbs
 from course_lib.authoring.build import check_all
-from course_lib.authoring.generated import _map, stale, write_generated
+from course_lib.authoring.generated import COUNTED, _map, stale, write_generated
 from course_lib.authoring.lesson_files import WANTED, lacking
+from course_lib.authoring.minutes import counted
 from course_lib.authoring.tree import CourseError, Tree
 
 GOOD = Path(__file__).parent / "fixtures" / "tree"
@@ -33,10 +34,14 @@ def test_rows_are_written_and_the_text_around_them_is_left(tree: Tree) -> None:
     assert write_generated(tree) == [readme]
     text = readme.read_text(encoding="utf-8")
     assert text.startswith(HEAD) and text.endswith(FOOT)
+    lesson, lab = (counted(source.notebook, tree) for source in tree.sources())
+    assert lesson != lab
     assert text[len(HEAD) : -len(FOOT)].splitlines() == [
         "| Lesson | What you can do after it | Lesson, minutes | Lab, minutes |",
         "|---|---|---|---|",
-        "| [01 Tiny](notebooks/01_tiny.ipynb) | know what a pixel is | 5 | 20 |",
+        f"| [01 Tiny](notebooks/01_tiny.ipynb) | know what a pixel is | {lesson} | {lab} |",
+        "",
+        COUNTED,
     ]
     assert write_generated(tree) == [] and stale(tree) == []
 
@@ -113,11 +118,12 @@ def test_the_map_of_lesson_00_reaches_its_notebook_without_running_it(tree: Tree
     nbs.write_notebook(lesson.notebook, stored)
     before = nbs.read_notebook(lesson.notebook)
     write_generated(tree)
+    first, lab = (counted(folder / "01_tiny.ipynb", tree) for folder in (tree.lessons_folder, tree.solutions_folder))
     rows = [
         "| Lesson | Lab | Minutes, lesson + lab | You will be able to |",
         "|---|---|---|---|",
-        "| [00 Start here](00_start_here.ipynb) | [lab 00](../exercises/00_start_here.ipynb) | 15 + 5 | see it all |",
-        "| [01 Tiny](01_tiny.ipynb) | [lab 01](../exercises/01_tiny.ipynb) | 5 + 20 | know what a pixel is |",
+        "| [00 Start here](00_start_here.ipynb) | [lab 00](../exercises/00_start_here.ipynb) | 1 | see it all |",
+        f"| [01 Tiny](01_tiny.ipynb) | [lab 01](../exercises/01_tiny.ipynb) | {first} + {lab} | know what a pixel is |",
     ]
     table = "".join(f"# {row}\n" for row in rows)
     assert source.read_text(encoding="utf-8") == cells.replace("# <!-- /map", f"{table}# <!-- /map")
