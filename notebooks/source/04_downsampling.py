@@ -17,7 +17,8 @@
 # left a normal with the right sign.**
 
 # %%
-from course_lib.notebook import data, picture, predict, report, report_table, show
+from course_lib.notebook import data, picture, predict
+from course_lib.notebook import report, report_table, show
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -41,17 +42,17 @@ show.panels(small, frame="world", view="front", color="height", columns=4,
             "could be anything.")
 
 # %% [markdown]
-# The last one is what figure 3 of *the report* does, a document whose claims this course tests: it downsamples with a voxel of 0.05. Metres
-# are meant, and the animal is 0.15 m wide. When is fewer still enough?
+# The last one was made with a voxel of 50 mm, and the animal is 150 mm wide: so does a student's project report (*the report* from here on,
+# whose claims this course tests). When is fewer still enough?
 #
 # ## Card
 #
 # | | |
 # |---|---|
 # | You will | write a voxel grid and fix its origin; read from a curve how large a voxel may be; compute normals and turn them to the camera; say what FPFH sees; judge the report's `preprocess_point_cloud` |
-# | Minutes | 45 for the core (all before "Going further"), 60 for the lab |
+# | Minutes | 58 for the core (all before "Going further"), 47 for the lab |
 # | Before | lesson 02 (frames, `T_world_camera`), lesson 03 (a cloud from a depth image) |
-# | Teaches | the report, section 6; the UAV document, section IV (down-sampling) |
+# | Teaches | downsampling, normals and features of a project report (section 6) and of a paper on mapping from a UAV (section IV) |
 # | Data | `bunny_like` and `living_room` (simulated, with truth); the real Stanford bunny and a real desk |
 #
 # Two questions from earlier lessons:
@@ -73,7 +74,7 @@ show.panels(small, frame="world", view="front", color="height", columns=4,
 
 # %%
 def voxel_grid(points, voxel, origin=0.0):
-    """Centroids (M, 3) of the points in each cube, and how many points (M,) each cube holds."""
+    """Centroids (M, 3) of the points in each cube, and their counts (M,)."""
     index = np.floor((points - origin) / voxel).astype(int)
     cubes, which, count = np.unique(index, axis=0, return_inverse=True,
                                     return_counts=True)
@@ -123,7 +124,7 @@ half_voxel_guess.answer(
         "surface, which passes through about four of the eight.")
 
 # %% [markdown]
-# Now the report's voxel. Nothing says where its grid begins, so we let it begin anywhere within one voxel, many times.
+# Now the large voxel, 50 mm. Nothing says where its grid begins, so we let it begin anywhere within one voxel, many times.
 
 # %%
 rng = np.random.default_rng(4)
@@ -204,10 +205,10 @@ def nearest_to_centre(points, voxel, origin=0.0):
 
 
 voxels = np.array([1, 2, 3, 5, 10, 20, 30, 50]) / 1000
-rows = []
+per_voxel = []
 for v in voxels:
     centroids, real = voxel_grid(points, v)[0], nearest_to_centre(points, v)
-    rows.append([1000 * v, len(centroids), 12 * len(centroids) / 1000,
+    per_voxel.append([1000 * v, len(centroids), 12 * len(centroids) / 1000,
                  *(1000 * metrics.nearest_distances(points, p).mean()
                    for p in (centroids, real)),
                  1000 * metrics.distance_to_surface(centroids,
@@ -216,14 +217,14 @@ assert np.allclose(real, downsample.voxel_downsample(points, v,
                                                      representative="nearest"))
 # measured points: nothing false
 assert metrics.distance_to_surface(real, animal.mesh).max() < 1e-6
-report_table([[f"{row[0]:g}", *row[1:]] for row in rows if row[0] in (2, 5, 10,
-            20, 50)], columns=["voxel (mm)", "points", "kB",
-                               "lost: centroid (mm)", "lost: nearest (mm)",
-                               "false: centroid (mm)"],
+told = [row for row in per_voxel if row[0] in (2, 5, 10, 20, 50)]
+report_table([[f"{row[0]:g}", *row[1:]] for row in told],
+             columns=["voxel (mm)", "points", "kB", "lost: centroid (mm)",
+                      "lost: nearest (mm)", "false: centroid (mm)"],
              title="Grids that begin at zero")
 
 # %% tags=["hide-input"]
-table = np.array(rows)
+table = np.array(per_voxel)
 fig, axes = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
 axes[0].loglog(table[:, 0], table[:, 1], "o-", color=show.COLOURS["target"],
                label="animal")
@@ -321,7 +322,7 @@ show.error_budget({"downsampling": (10, false_mm)})
 
 # %%
 def normal_of(neighbours):
-    """Unit normal (3,) of a small piece of surface, and the spreads (3,) along its three directions."""
+    """Unit normal (3,) of a small surface, and its three spreads (3,)."""
     offsets = neighbours - neighbours.mean(axis=0)
     values, vectors = np.linalg.eigh(offsets.T @ offsets / len(neighbours))
     # column 0: eigh sorts ascending
@@ -435,7 +436,7 @@ picture(fig,
 
 # %% [markdown]
 # More neighbours average more noise and see more curvature. The best k grows with the noise, and there is no best k for all
-# clouds. A *radius* says the same in metres and does not change when you downsample; most people give both, as the report does.
+# clouds. A *radius* says the same in metres and does not change when you downsample; most people give both.
 #
 # How flat is the neighbourhood? The smallest eigenvalue, λ₀, over the sum of the three is 0 on a plane and grows along edges. PCL calls
 # it curvature; lesson 06 finds edges with it.
@@ -447,7 +448,7 @@ picture(fig,
 
 # %%
 def towards(found, points, viewpoint):
-    """Normals (N, 3), turned round where they point away from the viewpoint (3,)."""
+    """Normals (N, 3), turned to the side of the viewpoint (3,)."""
     away = (found * (viewpoint - points)).sum(axis=1) < 0
     return np.where(away[:, None], -found, found)
 
@@ -520,7 +521,10 @@ picture(fig, alt="A table with things on it as the camera sees it, each point "
 
 # %%
 def describe(points, voxel):
-    """The report's preprocess_point_cloud: a voxel grid, normals within 2 voxels, FPFH (M, 33) within 5 voxels."""
+    """Points (M, 3), normals (M, 3) and features (M, 33) of a cloud.
+
+    A voxel grid, normals within 2 voxels, FPFH (M, 33) within 5 voxels.
+    """
     down = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(
             points)).voxel_down_sample(voxel)
     down.estimate_normals(o3d.geometry.KDTreeSearchParamHybrid(radius=2 * voxel,
@@ -548,7 +552,7 @@ partner = cKDTree(again[0]).query(transforms.apply(turn,
 
 
 def changed(a, b):
-    """How much of a histogram lies in other bins (%): 0 if they are the same, 100 if they share no bin."""
+    """How much of a histogram lies in other bins (%), from 0 to 100."""
     return 100 * np.abs(a - b).sum() / (a.sum() + b.sum())
 
 
@@ -600,8 +604,8 @@ picture(fig, alt="A table from above with three marked points, and their "
 #
 # ## Report against reality
 #
-# `describe` above is the report's `preprocess_point_cloud`, with one line added (its normals have no sign). Its section 6.2
-# promises noise reduction. Here is a flat sheet with noise of 2 mm, and an exact right-angled edge, through voxel grids whose
+# The report is a student's text on 3D reconstruction with Open3D. `describe` above is its function `preprocess_point_cloud`, with one line
+# added (its normals have no sign). Its section 6.2 promises "noise reduction". Here is a flat sheet with noise of 2 mm, and an exact right-angled edge, through voxel grids whose
 # origins are drawn at random. At the edge we ask how far inside the corner the worst centroid lies.
 
 # %%
@@ -670,7 +674,7 @@ report_table(rows, columns=["voxel (mm)", "points",
 # | Report 6.2: "noise reduction" | no filter: it averages flat parts only if one cube holds the noise, which the origin decides; small voxels make it grow; edges are rounded off | first table above |
 # | Report 6.3: `preprocess_point_cloud` | radii in multiples of the voxel are good practice; 0.05 makes "local" features of the whole cloud; normals lack a sign | second table above, section 4 |
 # | Report 6.3: normals give "orientation and curvature" | orientation up to the sign; curvature is another number (λ₀/Σλ) | sections 3 and 4 |
-# | UAV IV: "leaf" 0.2 (PCL's name for the voxel), "preserving essential features" | what is thinner than the voxel is not preserved: 0.2 m keeps walls and loses branches and wires | Break it |
+# | A paper on mapping from a UAV, IV: "leaf" 0.2 (PCL's name for the voxel), "preserving essential features" | what is thinner than the voxel is not preserved: 0.2 m keeps walls and loses branches and wires | Break it |
 # | UAV IV: downsampling first, then outliers | an outlier gets a vote in a centroid, or a cube of its own that counts as much as a full one; leave out cubes with few points | section 1; task 2 of the lab |
 
 # %% [markdown]
@@ -706,7 +710,7 @@ report("with one grid a side, the worst point is off its side by",
 #
 # ## On real data
 #
-# The bunny itself, as the report has it, with its cubes counted in five ways. Then a real desk: what does a voxel grid do to near and
+# The bunny itself, with a voxel of 50 mm and its cubes counted in five ways. Then a real desk: what does a voxel grid do to near and
 # far?
 
 # %% tags=["real-data"]
@@ -721,7 +725,7 @@ rows = [[name, len(np.unique(index, axis=0))] for name,
 theirs = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(
         bunny)).voxel_down_sample(0.05)
 rows.append(["Open3D", len(theirs.points)])
-report_table(rows, columns=["the report's 0.05 on the bunny", "points kept"])
+report_table(rows, columns=["a voxel of 50 mm on the bunny", "points kept"])
 report("10 to 5 mm: times as many points", len(voxel_grid(bunny, 0.005)[0]) /
        len(voxel_grid(bunny, 0.01)[0]), "", 2)
 

@@ -13,7 +13,7 @@
 # %% [markdown]
 # # Lab 04 Downsampling and normals
 #
-# Six tasks, about 60 minutes. Each starts from given inputs, so a task that you leave open blocks nothing. Write your code
+# Six tasks, about 47 minutes. Each starts from given inputs, so a task that you leave open blocks nothing. Write your code
 # where it says `raise NotImplementedError`, run the cell, then run the check below it. The check says by how much you are
 # off. Try again and it says what the mistake looks like, then where to read.
 #
@@ -131,7 +131,7 @@ def voxel_centroids(points, voxel, origin, least):
 check("04-2", voxel_centroids)
 
 # %% [markdown]
-# And on a real one: the Stanford bunny, with the report's voxel of 0.05 and with a tenth of it. Which one is still a bunny?
+# And on a real one: the Stanford bunny, with a voxel of 0.05 and with a tenth of it. Which one is still a bunny?
 
 # %% tags=["real-data"]
 # real data: stanford_bunny
