@@ -71,39 +71,38 @@ def focal_length(fov_degrees, pixels):
 check("03-1", focal_length)
 
 # %% [markdown]
-# ## Task 2 — deproject a depth image (3 points)
+# ## Task 2 — deproject a window of ranges (3 points)
 #
-# Lift every pixel to a point. The picture shows what becomes of a frame of the simulated room.
+# A time-of-flight camera measures the **range**: how long the ray to each point is, not its z. To save time it sends a window of
+# its image only. Lift every pixel of the window to a point.
 #
-# - `depth`: (H, W) float, metres, 0 where nothing was measured
-# - `fx`, `fy`: focal lengths for columns and rows, in pixels; they differ
-# - `cx`, `cy`: the principal point, in pixels; it need not be in the middle
+# - `ranges`: (H, W) float, metres along the ray, 0 where nothing came back
+# - `fx`, `fy`, `cx`, `cy`: the intrinsics of the full image, in pixels; fx and fy differ
+# - `left`, `top`: the window's first pixel is column `left`, row `top` of the full image
 # - returns: (H, W, 3) float, metres, camera frame; NaN in all three where nothing was measured
 #
-# <details><summary>Hint 1: idea</summary>Each pixel has a column u, a row v and a depth z. The depth is one of the three
-# coordinates already.</details>
-# <details><summary>Hint 2: formula</summary>x = (u − cx) · z / fx and y = (v − cy) · z / fy</details>
-# <details><summary>Hint 3: call</summary><code>v, u = np.indices(depth.shape)</code> gives the row and column of every pixel;
-# <code>np.where(depth &gt; 0, depth, np.nan)</code>; <code>np.stack([x, y, z], axis=-1)</code></details>
-
-# %% tags=["expected", "hide-input"]
-show(frame, view="iso", title="Expected: a frame of the room as points",
-     alt="The table, the back wall with its posters and the bookshelf as a cloud, from above at an angle.")
-
+# For example, with fx = 4, cx = cy = 0, left = 3 and top = 0, a range of 2.5 in the first pixel is the point (1.5, 0, 2).
+#
+# <details><summary>Hint 1: idea</summary>At which column and row of the full image does each pixel lie? Give its ray a z of 1: how
+# long is it then?</details>
+# <details><summary>Hint 2: formula</summary>With a = (u + left − cx) / fx and b = (v + top − cy) / fy the ray (a, b, 1) has the length
+# √(1 + a² + b²). A range is z times that.</details>
+# <details><summary>Hint 3: call</summary><code>v, u = np.indices(ranges.shape)</code> gives the row and column of every pixel;
+# <code>np.where(ranges &gt; 0, ranges, np.nan)</code>; <code>np.stack([…], axis=-1)</code></details>
 
 # %% tags=["task"]
-def deproject(depth, fx, fy, cx, cy):
-    """Points (H, W, 3) in metres of a depth image (H, W) in metres; NaN where it is 0."""
+def deproject(ranges, fx, fy, cx, cy, left, top):
+    """Points (H, W, 3) in metres of a window of ranges (H, W); NaN where 0."""
     # BEGIN SOLUTION
-    # the row v and the column u of every pixel
-    v, u = np.indices(depth.shape)
+    # columns and rows are counted in the full image
+    v, u = np.indices(ranges.shape)
+    a = (u + left - cx) / fx
+    b = (v + top - cy) / fy
     # no data must not become a point
-    z = np.where(depth > 0, depth, np.nan)
-    # equations 7 and 8: columns give x, rows give y
-    x = (u - cx) * z / fx
-    y = (v - cy) * z / fy
-    # put the three together along a new last axis
-    return np.stack([x, y, z], axis=-1)
+    r = np.where(ranges > 0, ranges, np.nan)
+    # from the length of the ray to its z; x and y follow
+    z = r / np.sqrt(1 + a**2 + b**2)
+    return np.stack([a * z, b * z, z], axis=-1)
     # END SOLUTION
 
 
