@@ -20,6 +20,7 @@ from .generated import stale, write_generated
 from .kernels import CellFailed, execute
 from .lab_pictures import write_pictures
 from .lesson_files import lacking
+from .minutes import counted
 from .needed_data import prepare_data
 from .outputs import keep_unchanged
 from .public_answers import stale_public, write_public
@@ -215,7 +216,7 @@ def build_all(names: Iterable[str], kind: str | None, tree: Tree, say: Callable[
             failed += 1
             continue
         what = ", ".join(tree.relative(path) for path in changed) or "nothing changed"
-        say(f"  {what} ({time.perf_counter() - started:.0f} s)")
+        say(f"  {what} ({time.perf_counter() - started:.0f} s); it takes {counted(source.notebook, tree)} minutes")
         built.append(source)
     for line in filter(None, (write_public(source.number, tree) for source in built if _asks(source, tree))):
         say(line)
