@@ -105,8 +105,8 @@ picture(fig, alt=f"A point {x_drawn:g} m right of the optical axis and "
                  "same shape.")
 
 # %% [markdown]
-# Two triangles share a corner at the hole, so they have the same shape: $(u - c_x) / f = x / z$. Solve for $u$, and do the
-# same for rows. To **project** a point is to compute its pixel:
+# Two triangles share a corner at the hole, so they have the same shape: $(u - c_x) / f = x / z$. Solve for $u$, do the same for
+# rows, and you can project a point, that is, compute its pixel:
 #
 # $$u = f\,\frac{x}{z} + c_x, \qquad v = f\,\frac{y}{z} + c_y$$
 #
