@@ -39,9 +39,9 @@ show(pointcloud.from_frame(frame), views=["camera", "iso"],
          "at an angle, with white shadows behind everything near.")
 
 # %% [markdown]
-# Both pictures show the same points. The left one, labelled *sensor*, is drawn from where the camera stood and looks like a photograph; *iso* is
-# from above at an angle. For the right one we walked around the scene,
-# although the camera took one frame and never moved. White is what it could not see; the specks in the air are flying pixels
+# Both pictures show the same points. The left one, labelled *sensor*, is drawn from where the camera stood and looks
+# like a photograph; *iso* is from above at an angle. For the right one we walked around the scene, although the camera took one
+# frame and never moved. White is what it could not see; the specks in the air are flying pixels
 # (lesson 01). This lesson is about the step from a depth image to such a cloud.
 #
 # ## Card
@@ -290,7 +290,8 @@ report_table(rows, columns=["mistake", "sideways (mm)", "in depth (mm)"],
 # %% [markdown]
 # Look at the last column. Where it is zero, no depth reading will ever tell you. Seen from above, each mistake has a shape of its
 # own; we draw the first three. *z taken for range* lays the stored z along the slanted ray, as if it were the ray's length: so
-# each point ends too near, the more so the farther it is from the middle. Here is one row of pixels: it crosses the back wall, and on the right the bookshelf.
+# each point ends too near, the more so the farther it is from the middle. Here is one row of
+# pixels: it crosses the back wall, and on the right the bookshelf.
 
 # %%
 row = 60
@@ -503,7 +504,7 @@ report("points about 1.5 m away are now off by", 1000 * off.mean(), "mm",
 # %% [markdown]
 # A professional does not guess f. They read it from the device at the resolution in use, or calibrate (lesson 11). And they keep a
 # box of known size in the scene: it costs nothing and finds this mistake in a minute. They measure it more than once and take the
-# median, because one end that falls beside the box has the depth of the wall behind.
+# median of the answers: an end that falls beside the box has the depth of the wall behind it, and a few of those do not move a median.
 #
 # ## On real data
 #
@@ -633,8 +634,8 @@ show.images(overlays, alt="A black stand on a floor, with the outlines of "
 #
 # ## To the lab
 #
-# Lab 03 has you write `deproject`, mend somebody's cloud, and find the focal length of a camera that came without a data sheet:
-# `python3 course.py start 03`.
+# Lab 03 has you deproject a window of ranges, mend somebody's cloud, and find the focal length of a camera that came without a data
+# sheet: `python3 course.py start 03`.
 #
 # ## Going further
 #

@@ -216,4 +216,4 @@ def test_the_things_of_task_5_leave_no_naive_rule_a_chance():
             assert nonsense.sum() >= 12 and nonsense[:10].sum() >= 5 and nonsense[-10:].sum() >= 4
             assert np.abs([cx - 319.5, cy - 239.5]).min() > 20
             toward = np.einsum("ij,j->i", pixels[:, 1] - pixels[:, 0], [cx - 319.5, cy - 239.5])
-            assert (np.sign(depths[:, 1] - depths[:, 0]) == np.sign(toward))[~nonsense].mean() > 0.95
+            assert (np.sign(depths[:, 1] - depths[:, 0]) == np.sign(toward))[~nonsense].mean() > 0.9

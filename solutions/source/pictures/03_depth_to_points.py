@@ -34,9 +34,7 @@ def _clouds(depth: np.ndarray, camera: PinholeCamera) -> dict[str, np.ndarray]:
         "another camera's focal length": right * [camera.fx / 525, camera.fy / 525, 1],
         "another camera's depth scale": right / 5,
         "z taken for range": right / np.sqrt(1 + a**2 + b**2)[..., None],
-        "rows for columns": np.stack(
-            [(v - camera.cx) / camera.fx * z, (u - camera.cy) / camera.fy * z, z], axis=-1
-        ),
+        "rows for columns": np.stack([(v - camera.cx) / camera.fx * z, (u - camera.cy) / camera.fy * z, z], axis=-1),
         "cut off at 3 m": np.where(z[..., None] < 3, right, np.nan),
         "flip left in": right * [1, -1, -1],
     }

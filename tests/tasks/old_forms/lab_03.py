@@ -13,6 +13,7 @@ from course_lib.tasks.labs.lab_03_depth_to_points.parts import deproject_anatomy
 from course_lib.tasks.labs.lab_03_depth_to_points.tasks import POINT_TOLERANCE, surface, with_holes
 from course_lib.tasks.plain import Plain
 
+
 def _wrong_deproject(
     x: str = "(u - cx) * z / fx", y: str = "(v - cy) * z / fy", z: str = "z", before: str = "", holes: bool = True
 ) -> str:

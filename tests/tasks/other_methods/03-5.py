@@ -1,3 +1,6 @@
+import numpy as np
+
+
 def estimate_focal(pixels, depths, lengths, cx, cy):
     """The value that most things agree on, and the mean of those that do."""
     ends = (pixels - [cx, cy]) * depths[..., None]

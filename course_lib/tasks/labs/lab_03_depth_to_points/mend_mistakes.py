@@ -67,8 +67,8 @@ _OWN_CODE = (
 MEND_MISTAKES = (
     Misconception(
         "the lesson's own code",
-        "the lesson's deproject as it stands: here steps are stored, not metres, and a cloud of the measured pixels with "
-        "their colours is asked for, not an image of points",
+        "the lesson's deproject as it stands: here steps are stored, not metres, and a cloud of the measured pixels "
+        "with their colours is asked for, not an image of points",
         _OWN_CODE,
         variants=(
             _OWN_CODE.replace("raw, np.nan)", "raw / units_per_metre, np.nan)"),

@@ -48,7 +48,7 @@ DEPROJECT_MISTAKES = (
     ),
     Misconception(
         "range taken for z",
-        "the length of the ray used as z, which bends a flat wall: z is shorter, by the length of the ray whose z is 1",
+        "the length of the ray used as z, which bends a flat wall: divide it by the length of the ray whose z is 1",
         _wrong_deproject(depth="r"),
     ),
     Misconception(
@@ -112,7 +112,7 @@ DEPROJECT_MISTAKES = (
     ),
     Misconception(
         "sides from the range",
-        "z from a triangle whose sides are (u - cx) r / fx and (v - cy) r / fy: those belong to a depth, not to a range",
+        "z from a triangle whose sides are (u - cx) r / fx and (v - cy) r / fy: those belong to a depth, not a range",
         _wrong_deproject(depth="np.sqrt(np.maximum(r**2 - (a * r) ** 2 - (b * r) ** 2, 0))"),
     ),
     Misconception(

@@ -89,9 +89,7 @@ def with_holes(rng: np.random.Generator, depth: np.ndarray, share: float) -> np.
     return np.where(holes, 0, depth)
 
 
-def _window_case(
-    z: np.ndarray, camera: tuple[float, float, float, float], left: int, top: int, name: str
-) -> Case:
+def _window_case(z: np.ndarray, camera: tuple[float, float, float, float], left: int, top: int, name: str) -> Case:
     """A window of ranges, in float32, of a depth image (H, W) whose first pixel is [top, left] of the full one."""
     fx, fy, cx, cy = camera
     rays = _lift(np.ones(z.shape), fx, fy, cx - left, cy - top)
@@ -109,12 +107,18 @@ def _window_cases(rng: np.random.Generator) -> list[Case]:
     return [
         _window_case(walls, (4.0, 4.0, 0.0, 0.0), 3, 0, "three pixels; the first is a triangle of 3, 4 and 5"),
         _window_case(
-            surface(rng, 30, 40, 0.8, 3.5), wide, int(rng.integers(48, 54)), int(rng.integers(5, 12)),
-            "a wide window right of the principal point, without holes"
+            surface(rng, 30, 40, 0.8, 3.5),
+            wide,
+            int(rng.integers(48, 54)),
+            int(rng.integers(5, 12)),
+            "a wide window right of the principal point, without holes",
         ),
         _window_case(
-            with_holes(rng, surface(rng, 36, 24, 0.6, 5.0), 0.2), tall, int(rng.integers(8, 14)),
-            int(rng.integers(24, 34)), "a tall window with holes"
+            with_holes(rng, surface(rng, 36, 24, 0.6, 5.0), 0.2),
+            tall,
+            int(rng.integers(8, 14)),
+            int(rng.integers(24, 34)),
+            "a tall window with holes",
         ),
     ]
 
