@@ -53,7 +53,7 @@ DEPROJECT_MISTAKES = (
     ),
     Misconception(
         "window forgotten",
-        "a window that begins at the first pixel of the full image: cx and cy are counted in the full image, so columns "
+        "a window that begins at the first pixel of the full image: cx and cy are counted in that, so columns "
         "and rows must be, too",
         _wrong_deproject(a="(u - cx) / fx", b="(v - cy) / fy"),
     ),
