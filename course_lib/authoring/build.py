@@ -27,8 +27,6 @@ from .public_answers import stale_public, write_public
 from .solutions import ROOT
 from .tree import CourseError, Source, Tree
 
-KEPT_PLANS = 3  # tasks 1–3 keep the solution's comments as a plan
-
 
 def exercise_from(solution: NotebookNode) -> NotebookNode:
     """Make the learner's version of a lab: stubs for answers, and outputs only where the cell is tagged `expected`.
@@ -49,7 +47,7 @@ def exercise_from(solution: NotebookNode) -> NotebookNode:
         if "task" in tags:
             if task is None:
                 raise CourseError(f"the task cell {cell.id} stands before any heading `## Task N — title (P points)`.")
-            cell.source = stubs.exercise_source(cell.source, task.number, task.title, task.number <= KEPT_PLANS)
+            cell.source = stubs.exercise_source(cell.source, task.number, task.title, task.number <= stubs.KEPT_PLANS)
     return nbs.notebook_of(cells)
 
 

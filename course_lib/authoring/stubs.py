@@ -21,6 +21,7 @@ from dataclasses import dataclass
 from course_lib.authoring.tree import CourseError
 
 BEGIN, INSTEAD, END, GIVEN = "# BEGIN SOLUTION", "# INSTEAD", "# END SOLUTION", "#|"
+KEPT_PLANS = 3  # tasks 1–3 keep the solution's comments as a plan
 MEND = "# delete the next line, then mend what follows"
 
 

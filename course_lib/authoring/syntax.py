@@ -32,3 +32,12 @@ def logical_lines(source: str) -> list[int]:
         lines = enumerate(map(str.strip, text.splitlines()), start=1)
         return [number for number, line in lines if line and not line.startswith("#")]
     return [token.start[0] for token in tokens if token.type == tokenize.NEWLINE]
+
+
+def comments_of(source: str) -> list[str]:
+    """The texts of a cell's comments, without their `#`."""
+    try:
+        tokens = list(tokenize.generate_tokens(io.StringIO(python_of(source) + "\n").readline))
+    except (tokenize.TokenError, SyntaxError):
+        return []
+    return [token.string.lstrip("# ") for token in tokens if token.type == tokenize.COMMENT]
