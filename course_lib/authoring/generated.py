@@ -55,7 +55,8 @@ def _map(tree: Tree) -> str:
         title, does = f"{one.number} {one.title}", one.does or "*to come*"
         if one.name in there:
             lab = f"[lab {one.number}](../exercises/{one.name}.ipynb)"
-            rows.append(f"| [{title}]({one.name}.ipynb) | {lab} | {' + '.join(filter(None, there[one.name]))} | {does} |")
+            minutes = " + ".join(filter(None, there[one.name]))
+            rows.append(f"| [{title}]({one.name}.ipynb) | {lab} | {minutes} | {does} |")
         else:
             rows.append(f"| {title} | | | {does} |")
     return "\n".join(rows)

@@ -143,14 +143,14 @@ show(pointcloud.from_frame(real), views=["camera", "side"], title="A box seen by
 # <!-- map -->
 # | Lesson | Lab | Minutes, lesson + lab | You will be able to |
 # |---|---|---|---|
-# | [00 Start here](00_start_here.ipynb) | [lab 00](../exercises/00_start_here.ipynb) | 15 + 5 | see the whole trip, and rehearse handing in |
-# | [01 RGB-D images](01_rgbd_images.ipynb) | [lab 01](../exercises/01_rgbd_images.ipynb) | 45 + 60 | read any depth image in metres, and tell what it cannot know |
-# | [02 Point clouds](02_point_clouds.ipynb) | [lab 02](../exercises/02_point_clouds.ipynb) | 45 + 60 | read, pack, move and place clouds, up to PointCloud2 messages |
-# | [03 From depth to points](03_depth_to_points.ipynb) | [lab 03](../exercises/03_depth_to_points.ipynb) | 45 + 60 | lift a depth image into space, and find six ways in which it goes wrong |
-# | [04 Downsampling, normals, features](04_downsampling.ipynb) | [lab 04](../exercises/04_downsampling.ipynb) | 45 + 60 | make a cloud a hundred times smaller and price it in millimetres; normals with the right sign |
-# | [05 Outliers](05_outliers.ipynb) | [lab 05](../exercises/05_outliers.ipynb) | 45 + 60 | clean a cloud, and say by kind of outlier what each filter finds and what it costs |
-# | [06 Planes](06_planes.ipynb) | [lab 06](../exercises/06_planes.ipynb) | 45 + 60 | find planes, take the floor away, and pick text and edges out of a cloud, with precision and recall |
-# | [07 ICP](07_icp.ipynb) | [lab 07](../exercises/07_icp.ipynb) | 45 + 60 | lay one cloud on another, and tell a good fit from a number that looks like one |
+# | [00 Start here](00_start_here.ipynb) | [lab 00](../exercises/00_start_here.ipynb) | 21 + 8 | see the whole trip, and rehearse handing in |
+# | [01 RGB-D images](01_rgbd_images.ipynb) | [lab 01](../exercises/01_rgbd_images.ipynb) | 49 + 44 | read any depth image in metres, and tell what it cannot know |
+# | [02 Point clouds](02_point_clouds.ipynb) | [lab 02](../exercises/02_point_clouds.ipynb) | 54 + 45 | read, pack, move and place clouds, up to PointCloud2 messages |
+# | [03 From depth to points](03_depth_to_points.ipynb) | [lab 03](../exercises/03_depth_to_points.ipynb) | 56 + 49 | lift a depth image into space, and find six ways in which it goes wrong |
+# | [04 Downsampling, normals, features](04_downsampling.ipynb) | [lab 04](../exercises/04_downsampling.ipynb) | 58 + 47 | make a cloud a hundred times smaller and price it in millimetres; normals with the right sign |
+# | [05 Outliers](05_outliers.ipynb) | [lab 05](../exercises/05_outliers.ipynb) | 63 + 45 | clean a cloud, and say by kind of outlier what each filter finds and what it costs |
+# | [06 Planes](06_planes.ipynb) | [lab 06](../exercises/06_planes.ipynb) | 68 + 47 | find planes, take the floor away, and pick text and edges out of a cloud, with precision and recall |
+# | [07 ICP](07_icp.ipynb) | [lab 07](../exercises/07_icp.ipynb) | 64 + 59 | lay one cloud on another, and tell a good fit from a number that looks like one |
 # | 08 Meshes | | | turn points into surfaces |
 # | 09 Alpha shapes | | | find the outline of a cloud, and know what its radius hides |
 # | 10 RGB-D odometry | | | follow a camera from frame to frame, and say how far it has drifted |
