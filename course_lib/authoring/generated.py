@@ -54,7 +54,7 @@ def _map(tree: Tree) -> str:
     for one in lessons(tree.lessons_folder / "source"):
         title, does = f"{one.number} {one.title}", one.does or "*to come*"
         if one.name in there:
-            lab = f"[lab {one.number}](../exercises/{one.name}.ipynb)"
+            lab = f"[lab](../exercises/{one.name}.ipynb)"
             minutes = " + ".join(filter(None, there[one.name]))
             rows.append(f"| [{title}]({one.name}.ipynb) | {lab} | {minutes} | {does} |")
         else:
@@ -135,11 +135,13 @@ def write_generated(tree: Tree) -> list[Path]:
     CourseError
         If a page has lost a marker, or a file has not the form that is wanted.
     """
-    changed = [(path, new) for path, old, new in _pages(tree) if old != new]
-    for path, new in changed:
-        path.write_text(new, encoding="utf-8", newline="\n")
-    written = [path for path, _ in changed]
-    return written + _prose_into_notebooks(tree, written)
+    found: list[Path] = []
+    while changed := [(path, new) for path, old, new in _pages(tree) if old != new]:  # rows of the map are counted, too
+        for path, new in changed:
+            path.write_text(new, encoding="utf-8", newline="\n")
+        written = [path for path, _ in changed]
+        found += written + _prose_into_notebooks(tree, written)
+    return list(dict.fromkeys(found))
 
 
 def _prose_into_notebooks(tree: Tree, written: list[Path]) -> list[Path]:

@@ -34,7 +34,7 @@ _TASK = re.compile(
     re.M,
 )
 _HEADER = re.compile(r"\A# ---\n(?:#.*\n)*?# ---\n")  # jupytext's YAML: the notebook's metadata are ours
-_GENERATED = re.compile(r"<!-- (\w+) -->.*?<!-- /\1 -->", re.S)
+GENERATED = re.compile(r"<!-- (\w+) -->.*?<!-- /\1 -->", re.S)
 _CHECKED = re.compile(r"\bcheck\(\s*[\"'](\d\d-\d+)[\"']")
 _LOADED = re.compile(r"\bdata\.(?:load|describe)\(\s*[\"'](?P<name>[A-Za-z0-9_]+)[\"']")
 
@@ -102,7 +102,7 @@ def cell_ids(cells: list[NotebookNode]) -> list[str]:
         if task and kind:
             wanted = f"{kind}-{task.number}"
         else:
-            own = _GENERATED.sub("", cell.source)  # rows that follow from files may change
+            own = GENERATED.sub("", cell.source)  # rows that follow from files may change
             digest = hashlib.sha256(f"{cell.cell_type}\n{own}".encode()).hexdigest()[:8]
             wanted = f"{_slug(cell)}-{digest}"
         number, unique = 1, wanted
