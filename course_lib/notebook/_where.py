@@ -7,7 +7,6 @@ import html
 import json
 import re
 from pathlib import Path
-from urllib.parse import quote
 
 ROOT = Path(__file__).resolve().parents[2]
 _NAMED = re.compile(
@@ -53,7 +52,7 @@ def with_links(text: str) -> str:
         path, heading = _place(match)
         if path is None:
             return match[0]
-        anchor = "#" + quote(heading.replace(" ", "-"), safe="") if heading else ""  # as JupyterLab calls headings
+        anchor = "#" + html.escape(heading.replace(" ", "-")) if heading else ""  # as JupyterLab calls headings
         return f'<a href="{_beside()}/{path.name}{anchor}">{match[0]}</a>'
 
     return _NAMED.sub(link, html.escape(text))

@@ -129,7 +129,7 @@ def test_where_to_look_is_a_link_from_wherever_a_lab_runs(folder: str, beside: s
     monkeypatch.chdir(tmp_path / folder)
     where = "lesson 03, sections 2 and 9 (a < b); lesson 03; lesson 77"
     card = module.Card("failed", "t", "s", (("Where to look:", where),))
-    link = f'<a href="{beside}/03_depth.ipynb#2-Depth-is-z%2C-not-1-%3C-2">lesson 03, sections 2</a> and 9 (a &lt; b)'
+    link = f'<a href="{beside}/03_depth.ipynb#2-Depth-is-z,-not-1-&lt;-2">lesson 03, sections 2</a> and 9 (a &lt; b)'
     assert link in card._repr_html_()
     assert f'<a href="{beside}/03_depth.ipynb">lesson 03</a>; lesson 77' in card._repr_html_()
     assert where in card.text
