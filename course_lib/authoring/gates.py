@@ -18,6 +18,7 @@ from .frame import lab_frame, lesson_frame
 from .links import anchors, dead_links, images_without_alt
 from .outputs import decode_png
 from .pictures import what_is_empty
+from .predictions import gives_away
 from .tree import CourseError, Tree
 
 MOST_BYTES = 1_200_000
@@ -231,6 +232,12 @@ def words(checked: Checked) -> Iterator[str]:
             yield checked.at(n, f"the word {match[0]!r}")
 
 
+def predictions(checked: Checked) -> Iterator[str]:
+    """A prediction that gives itself away."""
+    if checked.kind == "lesson":
+        yield from (checked.at(n, line) for n, line in gives_away(checked.nb.cells))
+
+
 def frame(checked: Checked) -> Iterator[str]:
     """A lesson or lab over its minutes, or without a part of its frame."""
     nb, name, kind = checked.nb, checked.path.stem, checked.kind
@@ -238,7 +245,10 @@ def frame(checked: Checked) -> Iterator[str]:
     return (f"{checked.name}: {line}" for line in lines)
 
 
-GATES = (pictures, alt_texts, noise, paths, errors, size, executed, real_data, links, typed_numbers, words, frame)
+GATES = (
+    *(pictures, alt_texts, noise, paths, errors, size, executed, real_data, links, typed_numbers, words),
+    *(predictions, frame),
+)
 
 
 def kind_of(path: Path, tree: Tree) -> Kind:
