@@ -1,0 +1,20 @@
+def few(points, n):
+    """Discs around chosen points, as small as n of them allow."""
+
+    def covered(radius):
+        rows, bare = [], np.ones(len(points), bool)
+        while bare.any():
+            rows.append(int(np.argmax(bare)))  # the first point that no disc covers
+            bare &= np.linalg.norm(points - points[rows[-1]], axis=1) > radius
+        return rows
+
+    small, large = 0.0, 1.0
+    for _ in range(30):
+        middle = (small + large) / 2
+        if len(covered(middle)) > n:
+            small = middle
+        else:
+            large = middle
+    rows = covered(large)
+    rest = [row for row in range(len(points)) if row not in rows]
+    return np.array(rows + rest[: n - len(rows)])
