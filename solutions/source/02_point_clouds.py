@@ -200,9 +200,7 @@ except NotImplementedError as todo:
 # Left: the world from above. Right, in each camera's own frame, from above: grey is what is asked, orange is what the given code answers.
 
 # %% tags=["expected", "hide-input"]
-from course_lib.tasks.registry import folder
-
-shown = np.load(folder("02") / "shown.npz")
+shown = data.of_lab("02")
 fig, axes = plt.subplots(1, 3, figsize=(11, 3.9), layout="constrained")
 axes[0].scatter(*shown["world"].T[:2], s=1, color="0.6")
 for name, pose in zip(["robot", "camera 1", "camera 2"], shown["poses"]):
@@ -279,9 +277,7 @@ check("02-3", invert)
 # - `"stride"`: read with a step (stride) of 12 bytes from point to point, where there are 16
 
 # %% tags=["expected", "hide-input"]
-from course_lib.tasks.registry import folder
-
-shown = np.load(folder("02") / "shown.npz")
+shown = data.of_lab("02")
 fig, axes = plt.subplots(2, 3, figsize=(9, 6.6), layout="constrained")
 for name, colour in [("start", "0.85"), ("turned", "black"), ("right", "0.6")]:
     label = {"start": "given", "right": "and shifted"}.get(name, name)
@@ -352,9 +348,7 @@ check("02-4", causes)
 # is a length for each row.</details>
 
 # %% tags=["expected", "hide-input"]
-from course_lib.tasks.registry import folder
-
-shown = np.load(folder("02") / "shown.npz")
+shown = data.of_lab("02")
 gaps = 1000 * shown["gaps"]
 show((shown["shape"], gaps), view="front", frame="world",
      title="Blindly drawn: how far is each point from a kept one?",

@@ -1,13 +1,6 @@
-"""What lab 02's pictures show: made here, kept beside the lab as arrays, so that no cell tells how it was made.
-
-`python tests/tasks/shown_02.py` writes the file again.
-"""
+"""What the pictures of lab 02 are drawn from: its cells show the arrays and do not tell how they were made."""
 
 from __future__ import annotations
-
-import io
-import zipfile
-from pathlib import Path
 
 import numpy as np
 
@@ -16,9 +9,7 @@ from course_lib.notebook import data
 from course_lib.tasks.diagnosis.recognition import load_source
 from course_lib.tasks.labs.lab_02_point_clouds.causes import CAUSE_OF
 from course_lib.tasks.labs.lab_02_point_clouds.way_back import GIVEN, _program
-from course_lib.tasks.registry import folder
 
-FILE = folder("02") / "shown.npz"
 STEP = 2.0**-12  # a quarter of a millimetre, and few digits in a file
 
 
@@ -83,20 +74,7 @@ def blind() -> dict[str, np.ndarray]:
     return {"shape": shape, "gaps": np.linalg.norm(shape[:, None] - kept, axis=2).min(axis=1)}
 
 
-def shown() -> dict[str, np.ndarray]:
+def arrays() -> dict[str, np.ndarray]:
     """Everything that lab 02's pictures are drawn from, in metres."""
-    arrays = spoiled() | robot() | blind()
-    return {name: (STEP * np.round(array / STEP)).astype(np.float32) for name, array in arrays.items()}
-
-
-def write(path: Path = FILE) -> None:
-    """Write the arrays; the same arrays give the same bytes."""
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
-        for name, array in sorted(shown().items()):
-            file = io.BytesIO()
-            np.lib.format.write_array(file, array, (1, 0))
-            archive.writestr(zipfile.ZipInfo(f"{name}.npy", (1980, 1, 1, 0, 0, 0)), file.getvalue())
-
-
-if __name__ == "__main__":
-    write()
+    made = spoiled() | robot() | blind()
+    return {name: (STEP * np.round(array / STEP)).astype(np.float32) for name, array in made.items()}
