@@ -27,7 +27,7 @@ from course_lib.authoring.tree import Tree
 from course_lib.notebook._errors import Refusal
 
 GOOD = Path(__file__).parent / "fixtures" / "tree"
-PICTURE, AREA, ERROR, REAL = 1, 3, 6, 8  # cells of the good lesson
+PICTURE, AREA, ERROR, REAL = 1, 3, 7, 9  # cells of the good lesson
 
 
 def _no_data(names: tuple[str, ...]) -> set[str]:
