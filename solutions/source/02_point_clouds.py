@@ -207,7 +207,8 @@ for name, pose in zip(["robot", "camera 1", "camera 2"], shown["poses"]):
     tip = pose[:2, 0 if name == "robot" else 2]  # where it looks, from above
     axes[0].annotate("", pose[:2, 3] + 0.45 * tip, pose[:2, 3],
                      arrowprops={"arrowstyle": "-|>", "lw": 2})
-    axes[0].text(*(pose[:2, 3] + 0.5 * tip), name, ha="left", va="center")
+    axes[0].text(*(pose[:2, 3] - 0.1 * tip), name, va="top",
+                 ha="left" if name == "robot" else "right")
 axes[0].set(title="the world, from above", xlabel="x (m)", ylabel="y (m)",
             xlim=(-0.4, 2.4), ylim=(-0.1, 2.6), aspect="equal")
 told = []
@@ -217,7 +218,8 @@ for k, axis in enumerate(axes[1:]):
         axis.scatter(cloud[:, 0], cloud[:, 2], s=1, color=colour)
     axis.plot(0, 0, "k^", ms=9)
     axis.set(title=f"as camera {k + 1} has it", xlabel="x (m), to its right",
-             ylabel="z (m), ahead", aspect="equal")
+             ylabel="z (m), ahead", aspect="equal", xlim=(-1.4, 2.4),
+             ylim=(-2.8, 1.9))
     off = np.linalg.norm((shown["came"] - shown["asked"])[k], axis=1).mean()
     told.append(f"In the frame of camera {k + 1} it comes out {off:.1f} m "
                 "from where it belongs.")

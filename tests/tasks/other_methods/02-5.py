@@ -1,15 +1,16 @@
 def few(points, n):
     """Discs around chosen points, as small as n of them allow."""
+    apart = np.linalg.norm(points[:, None] - points, axis=2)
 
     def covered(radius):
         rows, bare = [], np.ones(len(points), bool)
         while bare.any():
             rows.append(int(np.argmax(bare)))  # the first point that no disc covers
-            bare &= np.linalg.norm(points - points[rows[-1]], axis=1) > radius
+            bare &= apart[rows[-1]] > radius
         return rows
 
     small, large = 0.0, 1.0
-    for _ in range(30):
+    for _ in range(16):
         middle = (small + large) / 2
         if len(covered(middle)) > n:
             small = middle

@@ -85,10 +85,7 @@ MISTAKES = (
     Misconception(
         "the nearest next",
         "the point that is best served chosen next: the one with the largest distance needs it most (argmax)",
-        _farthest("np.minimum(distances, new)").replace("argmax", "argmin"),
-        variants=(
-            _farthest("np.minimum(distances, new)", "        distances[rows] = np.inf\n").replace("argmax", "argmin"),
-        ),
+        _farthest("np.minimum(distances, new)", "        distances[rows] = np.inf\n").replace("argmax", "argmin"),
     ),
 )
 

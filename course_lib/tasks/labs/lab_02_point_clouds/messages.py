@@ -115,7 +115,7 @@ def _cases(rng: np.random.Generator) -> list[Case]:
         ("big-endian numbers", 16, 0, (0, 4, 8), True),
         ("z first, and another field between x and y", 22, 10, (4, 12, 0), False),
     ):
-        height, width = int(rng.integers(3, 6)), int(rng.integers(4, 8))
+        height, width = int(rng.integers(3, 6)), int(rng.integers(5, 8))
         points = np.round(rng.uniform(0.5, 4, (height, width, 3)) * rng.choice([-1, 1], 3), 3).astype(np.float32)
         if big or step == 16:  # pixels that saw nothing
             points[rng.integers(height), rng.integers(width)] = np.nan
