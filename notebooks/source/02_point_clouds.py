@@ -153,7 +153,8 @@ def row_of(u, v, width):
 assert row_of(u=0, v=1, width=640) == 640  # the first of the second row
 listed = organised.reshape(-1, 3)
 u, v, width = 200, 100, organised.shape[1]
-assert np.array_equal(listed[row_of(u, v, width)], organised[v, u])
+in_list = listed[row_of(u, v, width)]
+assert np.array_equal(in_list, organised[v, u], equal_nan=True)
 
 kept = listed[np.isfinite(listed).all(axis=1)]  # unordered: rows moved up
 beside = np.linalg.norm(organised[:, 1:] - organised[:, :-1], axis=2)
@@ -228,7 +229,8 @@ def point_at(message, u, v):
     return struct.unpack_from("<3f", message.data, start)
 
 
-assert np.array_equal(point_at(message, u, v), organised[v, u])
+in_bytes = point_at(message, u, v)
+assert np.array_equal(in_bytes, organised[v, u], equal_nan=True)
 
 rows = np.frombuffer(message.data, np.uint8).reshape(-1, message.point_step)
 block = np.ascontiguousarray(rows[:, :12])  # of each point, x y z
@@ -601,12 +603,12 @@ show.panels({"16 bytes a point": points, "12 bytes a point": twelve},
 #
 # | The document says | What we found | Evidence |
 # |---|---|---|
-# | report 5: the file holds a cloud of 35,947 points | it holds a mesh with as many vertices; its triangles, about twice as many, are dropped silently | count above; the real file below |
+# | report, section 5: the file holds a cloud of 35,947 points | it holds a mesh with as many vertices; its triangles, about twice as many, are dropped silently | count above; the real file below |
 # | lecture: PointXYZ is float x, y, z | and 4 bytes of padding, in PCL's memory, and in messages made from it | picture above |
 # | lecture: PointXYZRGB has a float rgb | the float is a box for three bytes; as a number it means nothing | section 3 |
 # | lecture: a laser gives a "dense point cloud" | dense along its rings, empty between them | section 4 |
 # | lecture: stereo works at "arbitrary ranges" | its error grows with the square of the distance, and there is a nearest distance | lesson 01, section 5; lesson 14 |
-# | report 4: points lie in "3D space" | in the frame of their sensor, until a pose says otherwise | section 5 |
+# | report, section 4: points lie in "3D space" | in the frame of their sensor, until a pose says otherwise | section 5 |
 #
 # ## Break it
 #

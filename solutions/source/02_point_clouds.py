@@ -203,7 +203,8 @@ except NotImplementedError as todo:
 shown = data.of_lab("02")
 fig, axes = plt.subplots(1, 3, figsize=(11, 3.9), layout="constrained")
 axes[0].scatter(*shown["world"].T[:2], s=1, color="0.6")
-for name, pose in zip(["robot", "camera 1", "camera 2"], shown["poses"]):
+for name, pose in zip(["robot", "camera 1", "camera 2"], shown["poses"],
+                      strict=True):
     tip = pose[:2, 0 if name == "robot" else 2]  # where it looks, from above
     axes[0].annotate("", pose[:2, 3] + 0.45 * tip, pose[:2, 3],
                      arrowprops={"arrowstyle": "-|>", "lw": 2})
@@ -303,7 +304,8 @@ for letter, axis in zip("ABCDE", axes.flat[1:], strict=True):
             f"it is grey turned by {np.degrees(np.angle(best)):.0f} degrees "
             f"and {abs(best):,.0f} times as large." if rest < 0.1 else
             "no turn and no scale makes grey of it."))
-for axis, letter in zip(axes.flat, ["how it should be", *"ABCDE"]):
+for axis, letter in zip(axes.flat, ["how it should be", *"ABCDE"],
+                        strict=True):
     axis.plot(0, 0, "k+", ms=12, mew=2)
     axis.set(title=letter, aspect="equal", xlabel="m")
     if np.abs(axis.dataLim.get_points()).max() < 10:

@@ -1,6 +1,10 @@
+import numpy as np
+
+
 def few(points, n):
     """Discs around chosen points, as small as n of them allow."""
-    apart = np.linalg.norm(points[:, None] - points, axis=2)
+    square = (points**2).sum(axis=1)
+    apart = np.sqrt(np.maximum(square[:, None] + square - 2 * points @ points.T, 0))
 
     def covered(radius):
         rows, bare = [], np.ones(len(points), bool)
