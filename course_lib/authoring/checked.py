@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -37,3 +38,8 @@ class Checked:
 
     def prose(self) -> Iterator[tuple[int, NotebookNode]]:
         return ((n, cell) for n, cell in enumerate(self.nb.cells) if cell.cell_type == "markdown")
+
+
+def allowed(cell: NotebookNode, what: str) -> bool:
+    """Whether a cell says `allow WHAT: reason`, in a comment."""
+    return re.search(rf"(?:#|<!--)\s*allow {re.escape(what)}:\s*\w", cell.source) is not None

@@ -13,16 +13,17 @@ from nbformat import NotebookNode
 from course_lib.notebook._cells import real_datasets
 
 from . import notebooks as nbs
-from .checked import Checked, Kind
+from .checked import Checked, Kind, allowed
 from .choice_keys import told_keys
 from .frame import lab_frame, lesson_frame
 from .lab_keys import told_lines
-from .links import anchors, dead_links, images_without_alt
+from .links import images_without_alt
 from .minutes import minutes_findings
 from .one_meaning import second_meanings
 from .outputs import decode_png
 from .pictures import what_is_empty
 from .predictions import gives_away
+from .prose_gates import links, typed_numbers, words
 from .tree import CourseError, Tree
 
 MOST_BYTES = 1_200_000
@@ -37,13 +38,6 @@ _TIMING = re.compile(
 _CLOCK = re.compile(r"^\s*%{1,2}time(?:it)?\b", re.M)
 _ADDRESS = re.compile(r"\bat 0x[0-9a-fA-F]{6,}")
 _NBVAL = re.compile(r"^\s*#+\s*(?:NBVAL_\w+|PYTEST_VALIDATE_IGNORE_OUTPUT)\s*$", re.M)
-_NUMBER = re.compile(
-    r"(?<![\w.,/^–-])(?P<number>\d{1,3}(?:,\d{3})+(?:\.\d+)?|\d+(?:\.\d+)?)\s?(?:mm|cm|m|km|%|°)(?![\w/²³^])"
-)
-_NOT_PROSE = re.compile(
-    r"```.*?```|`[^`\n]*`|\$\$.*?\$\$|\$[^$\n]+\$|^[ \t]*[|>][^\n]*$|\[[^\]]*\]\([^)]*\)", re.S | re.M
-)
-_EMPTY_WORDS = re.compile(r"\b(?:simply|obviously)\b", re.I)
 
 
 def _texts(cell: NotebookNode) -> Iterator[str]:
@@ -58,11 +52,6 @@ def _texts(cell: NotebookNode) -> Iterator[str]:
             yield from (text for text in texts if isinstance(text, str))
             alts = (about.get("alt") for about in output.metadata.values() if isinstance(about, dict))
             yield from (alt for alt in alts if isinstance(alt, str))
-
-
-def _allowed(cell: NotebookNode, what: str) -> bool:
-    """Whether a cell says `allow WHAT: reason`, in a comment."""
-    return re.search(rf"(?:#|<!--)\s*allow {re.escape(what)}:\s*\w", cell.source) is not None
 
 
 def pictures(checked: Checked) -> Iterator[str]:
@@ -127,7 +116,7 @@ def noise(checked: Checked) -> list[str]:
         for text in _texts(cell):
             if match := _ADDRESS.search(text):
                 found.append(checked.at(n, f"a memory address is stored: {match[0]}"))
-            if (match := _TIMING.search(text)) and not _allowed(cell, "timing"):
+            if (match := _TIMING.search(text)) and not allowed(cell, "timing"):
                 found.append(checked.at(n, f"a timing is stored: {match[0]!r}"))
     return list(dict.fromkeys(found))
 
@@ -208,35 +197,6 @@ def lab_keys(checked: Checked) -> Iterator[str]:
     if checked.kind == "solution":
         told = (*told_lines(checked.nb), *told_keys(checked.nb))
         yield from (checked.at(n, line) for n, line in told)
-
-
-def links(checked: Checked) -> Iterator[str]:
-    """A link or an image that leads nowhere."""
-    own = anchors("\n\n".join(cell.source for _, cell in checked.prose()))
-    for n, cell in checked.prose():
-        for to in dead_links(cell.source, checked.path.parent, own):
-            yield checked.at(n, f"dead link: {to}")
-
-
-def typed_numbers(checked: Checked) -> Iterator[str]:
-    """A measured number typed into a lesson's prose: three digits or more and a unit, outside tables and formulas."""
-    if checked.kind != "lesson":
-        return
-    for n, cell in checked.prose():
-        if _allowed(cell, "typed number"):
-            continue
-        for match in _NUMBER.finditer(_NOT_PROSE.sub(" ", cell.source)):
-            digits = match["number"].replace(",", "")
-            digits = digits.replace(".", "").lstrip("0") if "." in digits else digits.strip("0")
-            if len(digits) >= 3:
-                yield checked.at(n, f"a result typed into prose: {match[0]!r} (print it, or give its source)")
-
-
-def words(checked: Checked) -> Iterator[str]:
-    """Words that tell a reader who is stuck that it was easy."""
-    for n, cell in checked.prose():
-        for match in _EMPTY_WORDS.finditer(_NOT_PROSE.sub(" ", cell.source)):
-            yield checked.at(n, f"the word {match[0]!r}")
 
 
 def predictions(checked: Checked) -> Iterator[str]:
