@@ -208,8 +208,8 @@ for name, pose in zip(["robot", "camera 1", "camera 2"], shown["poses"],
     tip = pose[:2, 0 if name == "robot" else 2]  # where it looks, from above
     axes[0].annotate("", pose[:2, 3] + 0.45 * tip, pose[:2, 3],
                      arrowprops={"arrowstyle": "-|>", "lw": 2})
-    axes[0].text(*(pose[:2, 3] - 0.1 * tip), name, va="top",
-                 ha="left" if name == "robot" else "right")
+    at = pose[:2, 3] + (-0.2 if name == "robot" else 0.55) * tip
+    axes[0].text(*at, name, ha="center", va="center")
 axes[0].set(title="the world, from above", xlabel="x (m)", ylabel="y (m)",
             xlim=(-0.4, 2.4), ylim=(-0.1, 2.6), aspect="equal")
 told = []
