@@ -18,6 +18,7 @@ from . import stubs
 from .gates import findings
 from .generated import stale, write_generated
 from .kernels import CellFailed, execute
+from .lab_pictures import write_pictures
 from .lesson_files import lacking
 from .needed_data import prepare_data
 from .outputs import keep_unchanged
@@ -205,6 +206,8 @@ def build_all(names: Iterable[str], kind: str | None, tree: Tree, say: Callable[
     for source in [source for source in tree.find(names) if kind in (None, source.kind)]:
         started = time.perf_counter()
         say(tree.relative(source.path))
+        if _asks(source, tree) and (drawn := write_pictures(source.number, tree)):
+            say(f"  {drawn}")
         try:
             changed = build(source, tree, say)
         except Refusal as error:

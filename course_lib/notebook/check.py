@@ -167,8 +167,8 @@ def _passed(result: Result, outcomes: list[Outcome]) -> Card:
         return Card("by hand", task.label, state, (words,), said)
     if task.kind == "open":
         state = f"passed · {result.points:g} of {_points(task.points)}"
-        worst = f"{result.error} This is the worst of {count} scenes; a grade is what the worst of {task.draws} earns."
-        return Card("passed", task.label, state, (worst, *_luck(result)), said)
+        worst = f"This is the worst of {count} scenes; a grade is what the worst of {task.draws} earns."
+        return Card("passed", task.label, state, (f"{result.error} {worst}", *_luck(result)), said)
     cases = {1: "", 2: " in both cases"}.get(count, f" in all {count} cases")
     worst = max(verdict.ratio for verdict in result.verdicts)
     counted = result.verdict.unit in _COUNTED
@@ -177,7 +177,6 @@ def _passed(result: Result, outcomes: list[Outcome]) -> Card:
 
 
 def _luck(result: Result) -> tuple[str, ...]:
-    """What there is to say of an answer that draws at random without a seed."""
     return (UNSTEADY,) if result.unsteady else ()
 
 

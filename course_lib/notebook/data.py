@@ -96,6 +96,23 @@ class Card(str):
     __repr__ = _repr_markdown_ = str.__str__
 
 
+def of_lab(number: str) -> dict[str, np.ndarray]:
+    """The arrays that a lab's pictures are drawn from, by name: data.of_lab("04").
+
+    Raises
+    ------
+    Refusal
+        If there is no such lab, or its pictures are drawn from none.
+    """
+    from course_lib.tasks import registry
+
+    path = registry.pictures_file(number) if number in registry.lab_numbers() else None
+    if path is None or not path.is_file():
+        raise Refusal(f"There are no arrays of a lab {number!r}.")
+    with np.load(path, allow_pickle=False) as stored:
+        return {name: stored[name] for name in stored.files}
+
+
 def describe(name: str) -> Card:
     """Return the card of a dataset: what it is, how it was captured, what it is good for, what to watch out for.
 

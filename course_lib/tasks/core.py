@@ -234,9 +234,7 @@ def public_seed(task_id: str) -> int:
     return int.from_bytes(hashlib.sha256(f"public cases of {task_id}".encode()).digest()[:6], "big")
 
 
-def fresh(
-    task: Task, seed: int, load: Callable[..., Any] | None = None, draws: int | None = None
-) -> tuple[Case, ...]:
+def fresh(task: Task, seed: int, load: Callable[..., Any] | None = None, draws: int | None = None) -> tuple[Case, ...]:
     """Cases of a task for a seed: one drawing, of an open task seven.
 
     Parameters

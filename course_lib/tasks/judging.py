@@ -11,7 +11,6 @@ from course_lib.tasks.core import Case, Misconception, Task, Verdict, lowest
 from course_lib.tasks.diagnosis.diagnose import UNKNOWN, Diagnosis, diagnose
 from course_lib.tasks.running import Outcome, given_text
 
-
 UNSTEADY = (
     "Asked twice with the same input, it answered differently: it draws at random without a seed, and what it earns is "
     "luck. Draw from `rng = np.random.default_rng(0)`, made inside the function."
@@ -143,5 +142,3 @@ def _worst(task: Task, outcomes: Sequence[Outcome], verdicts: Sequence[Verdict],
     return min(
         range(len(verdicts)), key=lambda i: (outcomes[i].kind == "answer", verdicts[i].passed, -verdicts[i].ratio, i)
     )
-
-

@@ -29,6 +29,11 @@ def folder(number: str) -> Path:
     return Path(next(iter(labs.__path__))) / _folders()[number]
 
 
+def pictures_file(number: str) -> Path:
+    """Where the arrays lie that a lab's pictures are drawn from."""
+    return folder(number) / "pictures.npz"
+
+
 def lab(number: str) -> tuple[Task, ...]:
     """The tasks of a lab, in order; an instructor's own tasks after the course's (see `private`).
 

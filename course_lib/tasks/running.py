@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from course_lib.tasks.core import Case
+from course_lib.tasks.core import Case, Task
 from course_lib.tasks.plain import Plain, describe, plain, same
 
 MAX_PRINTED = 400
@@ -98,11 +98,23 @@ def run_all(function: Callable[..., Any], cases: Sequence[Case], *, twice: bool 
         return [first] * len(cases)
     others = [run(function, case) for case in cases[1:]]
     if twice:
-        first = compared(first, run(function, cases[0]))
+        first = _compared(first, run(function, cases[0]))
     return [first, *(replace(other, kind="raised") if other.kind == "not started" else other for other in others)]
 
 
-def compared(first: Outcome, again: Outcome) -> Outcome:
+def asked(task: Task, cases: Sequence[Case]) -> Sequence[Case]:
+    """What a grader asks: of an open task the first case once more, so that randomness without a seed shows."""
+    return (*cases, cases[0]) if task.kind == "open" else cases
+
+
+def answered(task: Task, outcomes: Sequence[Outcome]) -> list[Outcome]:
+    """An outcome for each case, of what came of `asked`."""
+    if task.kind != "open":
+        return list(outcomes)
+    return [_compared(outcomes[0], outcomes[-1]), *outcomes[1:-1]]
+
+
+def _compared(first: Outcome, again: Outcome) -> Outcome:
     """The first outcome, knowing whether the second call with the same inputs came to another answer."""
     if first.kind != "answer":
         return first

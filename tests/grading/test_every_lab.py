@@ -86,3 +86,12 @@ def test_misconceptions_are_named_in_the_record(lab, i, here):
         assert set(one["misconceptions"]) <= {mistake.name, *mistake.alike}
         assert mistake.message.strip().rstrip(".") in one["looks_like"]
         assert html.escape(clean(one["looks_like"]), quote=False) in told.replace("&#39;", "'").replace("&#34;", '"')
+
+
+def test_chance_without_a_seed_is_told():
+    drawn = "np.random.default_rng().choice(len(points), count, replace=False)"
+    source = f"def thin_out(points, count):\n    return {drawn}\n"
+    record = graded("04", submission("04", {5: source}), **PATIENT)
+    found = record["tasks"][4]
+    assert "Asked twice with the same input, it answered differently" in found["error"]
+    assert "differently" in html.unescape(feedback_page(standing_of(record)))

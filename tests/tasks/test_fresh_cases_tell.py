@@ -54,7 +54,5 @@ def test_wrong_answers_pass_on_few_seeds(task: Task) -> None:
                 mistakes.add(name)
             if all(passes(case) for case in cases):
                 passed[name] += 1
-    often = {
-        name: count for name, count in passed.items() if count > MOST and (name in mistakes or count < len(SEEDS))
-    }
+    often = {name: count for name, count in passed.items() if count > MOST and (name in mistakes or count < len(SEEDS))}
     assert not often, f"on how many of {len(SEEDS)} seeds a wrong answer passes: {often}"

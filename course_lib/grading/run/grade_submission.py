@@ -21,7 +21,7 @@ from course_lib.grading.release.rebuild import Answer, Rebuilt, older_release, r
 from course_lib.grading.release.released import ReleasedLab, released_lab
 from course_lib.grading.run.grader_version import grader_version
 from course_lib.tasks.judging import UNSTEADY, Result
-from course_lib.tasks.running import compared
+from course_lib.tasks.running import answered, asked
 from course_lib.tasks.sources import forbidden_in_text
 
 from .kernel_imports import SILENT, Room, build_room, rooms_of
@@ -192,7 +192,7 @@ def _grade(job: Job, record: Record, prepared: Prepared, held: Held, limits: Lim
     left = limits.total_seconds
     for group, room in prepared.rooms:
         with tempfile.TemporaryDirectory(prefix="cg-", ignore_cleanup_errors=True) as name:
-            wanted = {task.id: _asked(task, cases[task.id]) for task in group if not refused.get(task.id)}
+            wanted = {task.id: asked(task, cases[task.id]) for task in group if not refused.get(task.id)}
             run = Run(held, room, limits, Path(name), wanted, left=left)
             began = time.perf_counter()
             run_notebook(run, _part(rebuilt, set(wanted)))
@@ -223,11 +223,6 @@ def _cases(task: tasks.Task, seed: int) -> tuple[tasks.Case, ...]:
     return tasks.fresh(task, seed, load_data() if task.data else None)
 
 
-def _asked(task: tasks.Task, cases: tuple[tasks.Case, ...]) -> tuple[tasks.Case, ...]:
-    """What a task is asked: of an open task the first case once more, so that randomness without a seed shows."""
-    return (*cases, cases[0]) if task.kind == "open" else cases
-
-
 def _refusal(answer: Answer, lab: ReleasedLab) -> str:
     given = "\n".join(lab.cells[name] for name in lab.given)
     return forbidden_in_text(answer.slot.task, answer.source, given, SILENT)
@@ -254,9 +249,7 @@ def _judge(answer: Answer, cases: tuple[tasks.Case, ...], run: Run, refused: str
         if code == "no function" and task.id in run.raised:
             return _task_record(task, "raised", "raised", f"Its cell raised {run.raised[task.id]}.", answer)
         return _task_record(task, "no answer", code, sentence, answer)
-    outcomes = run.outcomes[task.id]
-    if task.kind == "open":
-        outcomes = [compared(outcomes[0], outcomes[-1]), *outcomes[1:-1]]
+    outcomes = answered(task, run.outcomes[task.id])
     result = tasks.judge_all(task, cases, outcomes, right_function(task))
     return _of_result(result, answer, outcomes)
 
