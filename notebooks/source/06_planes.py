@@ -420,7 +420,7 @@ show.images(highlighted, title="What was picked, in white on black",
 # three are equal. It is what people often call *curvature* of a cloud.
 
 # %%
-def variation(points, k):
+def variation(points, k=60):
     """λ0 / (λ0 + λ1 + λ2) of the k nearest neighbours of each point."""
     near = points[cKDTree(points).query(points, k)[1]]  # (N, k, 3)
     centred = near - near.mean(axis=1, keepdims=True)
@@ -432,7 +432,7 @@ third = desk.frames[2]
 here = pointcloud.from_frame(third, world=True)
 its_names = np.array(desk.truth["label_names"])[desk.truth["labels"][2][third.depth > 0]]
 box = downsample.voxel_downsample(here.points[its_names == "box"], 0.003)
-bend = variation(box, 60)
+bend = variation(box)
 assert np.allclose(bend, normals.fit_surfels(box, k=60).variation, atol=1e-6)
 
 # %% [markdown]

@@ -1,29 +1,23 @@
-"""What the pictures of lab 06 are drawn from: arrays beside its tasks, so that no cell of the lab holds an answer.
-
-`python tests/tasks/shown_06.py` writes them again (the tests' data must be here); a test compares.
-"""
+"""What the pictures of lab 06 are drawn from: the code that made it is the answer to its tasks."""
 
 from __future__ import annotations
-
-from pathlib import Path
 
 import numpy as np
 
 from course_lib.camera import pinhole
 from course_lib.notebook import data
-from course_lib.tasks import registry
 from course_lib.tasks.core import fresh
 from course_lib.tasks.labs.lab_06_planes.mistakes import CAUSE_OF
 from course_lib.tasks.registry import get
 
-FILE = registry.folder("06") / "shown.npz"
 FLOOR = np.array([-0.0491, 0.9897, 0.1348, -0.1616])  # of frame 2, found by RANSAC; its normal points down
 STEP = 2  # every so many rows and columns of the frame
 
 
-def everything() -> dict[str, np.ndarray]:
-    """All arrays, by the name of the task and what they are."""
-    return {**tries(), **heights(), **causes(), **room()}
+def arrays() -> dict[str, np.ndarray]:
+    """All arrays, by the name of the task and what they are; numbers with a fraction have 32 bits."""
+    made = {**tries(), **heights(), **causes(), **room()}
+    return {name: one.astype(np.float32) if one.dtype == np.float64 else one for name, one in made.items()}
 
 
 def tries() -> dict[str, np.ndarray]:
@@ -118,13 +112,3 @@ def _line(plane: np.ndarray) -> np.ndarray:
     across = plane[[0, 2]]
     base, way = -plane[3] * across / (across @ across), np.array([-across[1], across[0]]) / np.linalg.norm(across)
     return np.array([base - 4 * way, base + 4 * way])
-
-
-def write(path: Path = FILE) -> None:
-    """Write all arrays, floats with 32 bits."""
-    arrays = {n: a.astype(np.float32) if a.dtype == np.float64 else a for n, a in everything().items()}
-    np.savez_compressed(path, **arrays)
-
-
-if __name__ == "__main__":
-    write()
