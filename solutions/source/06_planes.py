@@ -64,7 +64,7 @@ axis.annotate("19", (60, 19), (50, 6), arrowprops={"arrowstyle": "-"})
 axis.set(
     xlabel="points on any plane (%)", ylabel="samples", yscale="log",
     title="Expected for three points a sample, 0.99",
-)  # fmt: skip
+)
 axis.legend(fontsize=9)
 last = [int(needed[-1]) for needed in kept["tries_needed"]]
 picture(
@@ -120,19 +120,20 @@ for part, name, colour in [
     (~shiny, "points of small sigma", "reference"),
     (shiny, "points of large sigma", "surface"),
 ]:
-    axis.plot(x[part], z[part], ".", ms=3, color=show.COLOURS[colour], label=name)
+    axis.plot(x[part], z[part], ".", ms=3, color=show.COLOURS[colour],
+              label=name)
 ends = np.array([-0.6, 0.6])
 axis.plot(
     ends * np.cos(0.6), 2 + ends * np.sin(0.6), color=show.COLOURS["ours"],
     lw=2, label="expected plane",
-)  # fmt: skip
+)
 axis.set(xlabel="x (m)", ylabel="z (m)", aspect="equal")
 axis.legend(fontsize=9, loc="upper left", bbox_to_anchor=(1, 1))
 picture(
     fig,
-    alt=f"A tilted board from the side: {(~shiny).sum()} points in a thin band, "
-    f"and {shiny.sum()} at one end scattered widely, most of them above it. The "
-    "expected plane runs along the middle of the thin band.",
+    alt=f"A tilted board from the side: {(~shiny).sum()} points in a thin "
+    f"band, and {shiny.sum()} at one end scattered widely, most of them above "
+    "it. The expected plane runs along the middle of the thin band.",
 )
 
 
@@ -175,16 +176,16 @@ check("06-2", fit_plane)
 # <details><summary>Hint 3: call</summary><code>np.linalg.norm(normal)</code>, <code>np.sign(d)</code></details>
 
 # %% tags=["expected", "hide-input"]
-in_metres = {
-    name: np.where(kept[f"heights_{name}"] > -30_000, kept[f"heights_{name}"], np.nan) / 1000
-    for name in ("given", "expected")
-}  # fmt: skip
+in_metres = {}
+for name in ("given", "expected"):
+    stored = kept[f"heights_{name}"]  # whole millimetres
+    in_metres[name] = np.where(stored > -30_000, stored, np.nan) / 1000
 show.images(
     {"frame": kept["heights_color"], **in_metres},
     unit="m", limits=(-0.05, 1.0), columns=3,
     alt="A box on a floor. Given: even the floor has a height of most of a "
     "metre. Expected: the floor is at 0, and the box rises from it.",
-)  # fmt: skip
+)
 
 
 # %% tags=["task"]
@@ -225,8 +226,9 @@ check("06-3", heights_above_floor)
 # %% tags=["expected", "hide-input"]
 fig, axes = plt.subplots(
     2, 3, figsize=(8, 7), sharex=True, sharey=True, layout="constrained"
-)  # fmt: skip
-for axis, letter, line in zip(axes.ravel(), "ABCDEF", kept["causes_found"], strict=True):
+)
+lines = kept["causes_found"]
+for axis, letter, line in zip(axes.ravel(), "ABCDEF", lines, strict=True):
     for part, name, colour in [
         ("first", "first board", "reference"),
         ("second", "second board", "ours"),
@@ -235,7 +237,7 @@ for axis, letter, line in zip(axes.ravel(), "ABCDEF", kept["causes_found"], stri
         axis.plot(
             *kept[f"causes_{part}"].T, ".", ms=3, color=show.COLOURS[colour],
             label=name,
-        )  # fmt: skip
+        )
     axis.plot(*kept["causes_true"].T, color="black", lw=1, label="true plane")
     axis.plot(*line.T, color=show.COLOURS["outlier"], lw=2, label="found plane")
     axis.plot([0], [0], "^", color="black", ms=8, ls="none", label="camera")
@@ -246,14 +248,20 @@ for axis in axes[1]:
     axis.set_xlabel("x (m)")
 for axis in axes[:, 0]:
     axis.set_ylabel("z (m)")
-rows = [[letter, int(used), *map(float, numbers)] for letter, (used, *numbers) in zip("ABCDEF", kept["causes_table"], strict=True)]  # fmt: skip
+rows = [
+    [letter, int(used), *map(float, numbers)]
+    for letter, (used, *numbers) in zip(
+        "ABCDEF", kept["causes_table"], strict=True
+    )
+]
 picture(
     fig,
     alt="Six views from above: points of two boards and a heap, a colour for "
     "each, the camera as a triangle at the origin, the true plane in black, a "
     "found one in vermilion. "
     + " ".join(
-        f"{letter}: turned by {turned:.0f} degrees, {camera:.2f} m from the camera."
+        f"{letter}: turned by {turned:.0f} degrees, "
+        f"{camera:.2f} m from the camera."
         for letter, _, turned, _, camera in rows
     ),
 )
@@ -266,7 +274,7 @@ report_table(
         "distance from the board's middle (m)", "from the camera (m)",
     ],
     digits=2, smallest=0.01,
-)  # fmt: skip
+)
 
 
 # %% tags=["task"]
@@ -311,11 +319,18 @@ check("06-4", causes)
 
 # %% tags=["expected", "hide-input"]
 fig, axis = plt.subplots(figsize=(7, 3.6), layout="constrained")
-axis.plot(*kept["room_others"].T, ".", ms=2, color=show.COLOURS["surface"], label="other points")
-axis.plot(*kept["room_floor"].T, ".", ms=2, color=show.COLOURS["reference"], label="within the threshold of the floor")
-axis.plot([-1.3, 1.3], [0, 0], color=show.COLOURS["ours"], lw=1.5, label="expected plane")
-axis.plot(*kept["room_square_to_up"].T, "--", color="black", lw=1, label="square to the given up")
-axis.set(xlabel="along the floor (m)", ylabel="height (m)", aspect="equal", xlim=(-1.6, 1.6))
+for part, name, colour in [
+    ("others", "other points", "surface"),
+    ("floor", "near the floor", "reference"),
+]:
+    axis.plot(*kept[f"room_{part}"].T, ".", ms=2, label=name,
+              color=show.COLOURS[colour])
+axis.plot([-1.3, 1.3], [0, 0], color=show.COLOURS["ours"], lw=1.5,
+          label="expected plane")
+axis.plot(*kept["room_square_to_up"].T, "--", color="black", lw=1,
+          label="square to the given up")
+axis.set(xlabel="along the floor (m)", ylabel="height (m)", aspect="equal",
+         xlim=(-1.6, 1.6))
 axis.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1, 1), markerscale=4)
 few, many = len(kept["room_floor"]), len(kept["room_others"])
 picture(
@@ -337,7 +352,8 @@ def find_plane(points, up, threshold):
     a, b, c = corners.transpose(1, 0, 2)
     normals = np.cross(b - a, c - a)
     lengths = np.linalg.norm(normals, axis=1)  # 0 where a point came twice
-    a, normals = a[lengths > 0], normals[lengths > 0] / lengths[lengths > 0, None]
+    ok = lengths > 0
+    a, normals = a[ok], normals[ok] / lengths[ok, None]
     level = np.abs(normals @ up) > np.cos(np.radians(12))
     lowest, best = np.inf, None
     for corner, normal in zip(a[level], normals[level], strict=True):
