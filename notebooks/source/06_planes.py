@@ -64,7 +64,7 @@ show.panels(
 # | | |
 # |---|---|
 # | You will | fit a plane by its scatter matrix and say what its eigenvalues mean; derive how often RANSAC must try; find several planes; remove a floor; highlight text, with precision and recall |
-# | Minutes | 57 for the core (all but *Going further*), 55 for the lab |
+# | Minutes | 56 for the core (all but *Going further*), 55 for the lab |
 # | Before | lesson 02 (frames), lesson 04 (normals by covariance) |
 # | Teaches | the lecture, "Fitting a plane"; the report, section 17 |
 # | Data | `lettered_box`, `living_room` (simulated, with truth); real RealSense frames |
@@ -621,9 +621,9 @@ for pair, style in zip(pairs, ["-", "--", ":"], strict=True):
     y = -(a * at[:, 0] + c * at[:, 1] + d) / b
     axes[0].plot(1000 * (0.55 - y), ends, style, color="black", lw=1.5,
                  label=f"{pair[0]} mm, {pair[1]}")
-axes[0].set(xlim=(-14, 50), xlabel="in front of the wall (mm)",
+axes[0].set(xlim=(-14, 42), xlabel="in front of the wall (mm)",
             ylabel="along the wall (m)", title="edge on, stretched")
-axes[0].legend(fontsize=7, markerscale=4, loc="center right")
+axes[0].legend(fontsize=7, markerscale=4, loc="lower right")
 bins = np.arange(-24, 34, 0.5)
 for axis, pair in zip(axes[1:], pairs, strict=True):
     _, out, who = before[pair]

@@ -13,7 +13,7 @@
 # %% [markdown]
 # # Lab 06 Planes, and what stands out from them
 #
-# Six tasks, about 60 minutes. Each starts from given inputs, so a task that you leave open blocks nothing. Write your code
+# Six tasks, about 55 minutes. Each starts from given inputs, so a task that you leave open blocks nothing. Write your code
 # where it says `raise NotImplementedError`, run the cell, then run the check below it. The check says by how much you are
 # off. Try again and it says what the mistake looks like, then where to read.
 #
@@ -52,13 +52,13 @@ kept = data.of_lab("06")  # what the pictures below are drawn from
 # %% tags=["expected", "hide-input"]
 together = 100 * kept["tries_share"]
 fig, axis = plt.subplots(figsize=(6, 2.8), layout="constrained")
-for needed, name, colour in zip(
+for needed, name, style in zip(
     kept["tries_needed"],
     ["on one plane", "half on each of two", "a third on each of three"],
-    ["ours", "target", "source"],
+    ["-", "--", ":"],
     strict=True,
 ):
-    axis.plot(together, needed, color=show.COLOURS[colour], label=name)
+    axis.plot(together, needed, style, color="black", label=name)
 axis.plot([60], [19], "o", color=show.COLOURS["outlier"])
 axis.annotate("19", (60, 19), (50, 6), arrowprops={"arrowstyle": "-"})
 axis.set(
@@ -231,7 +231,7 @@ lines = kept["causes_found"]
 for axis, letter, line in zip(axes.ravel(), "ABCDEF", lines, strict=True):
     for part, name, colour in [
         ("first", "first board", "reference"),
-        ("second", "second board", "ours"),
+        ("second", "second board", "source"),
         ("heap", "heap", "surface"),
     ]:
         axis.plot(

@@ -11,6 +11,7 @@ from course_lib.tasks.core import Case, Verdict
 from course_lib.tasks.judges import judge_band, refuse
 from course_lib.tasks.labs.lab_06_planes.plane_answers import apart, plane_problem, turned, which_part
 from course_lib.tasks.plain import Plain
+from course_lib.tasks.wording import quantity
 
 _THRESHOLD, _NOISE = 0.015, 0.005  # metres
 _FIND_BANDS = ((0.005, 1.0), (0.01, 0.75), (0.025, 0.5), (0.06, 0.25))  # metres, at the rim of the floor
@@ -20,7 +21,7 @@ _HIGHER, _UPRIGHT = ("the table's top", "the shelf's top"), ("the back wall", "t
 
 def furnished(rng: np.random.Generator) -> Case:
     """A floor, 2.4 x 1.8 m, that 240 of 2,000 points belong to; two walls, a table, a shelf, things and reflections."""
-    walls = ((400, (-1.3, 1.3), (0.1, 1.9)), (300, (-1.0, 1.0), (0.1, 1.9)))
+    walls = ((470, (-1.3, 1.3), (0.1, 1.9)), (300, (-1.0, 1.0), (0.1, 1.9)))
     back, side = (_flat(rng, *wall, 0.0) for wall in walls)
     parts = [
         _flat(rng, 240, (-1.2, 1.2), (-1.0, 0.8), 0.0),
@@ -28,7 +29,7 @@ def furnished(rng: np.random.Generator) -> Case:
         _flat(rng, 200, (-1.2, -0.4), (0.5, 1.0), 1.25),
         np.column_stack([back[:, 0], 1.0 + back[:, 2], back[:, 1]]),
         np.column_stack([1.3 + side[:, 2], side[:, 0], side[:, 1]]),
-        rng.uniform((-1.2, -0.9, 0.02), (1.2, 0.9, 1.6), (420, 3)),
+        rng.uniform((-1.2, -0.9, 0.02), (1.2, 0.9, 1.6), (350, 3)),
         rng.uniform((-1.2, -0.9, -0.7), (1.2, 0.9, -0.05), (60, 3)),  # seen in the floor as in a mirror
     ]
     R = turned(rng, float(rng.uniform(20, 160)), np.array([1.0, rng.uniform(-1, 1), 0.0]))
@@ -88,24 +89,31 @@ def _why_off(case: Case, answer: Plain, score: float) -> str:
 
 def what_was_found(case: Case, answer: Plain) -> tuple[str, str]:
     """Which surface was taken for the floor; where it is none, what in the search leads there."""
-    signed, true = _signed(case, answer), _signed(case, case.truth)
-    floor = np.abs(true) <= case.given["threshold"]
-    name, says = which_part(answer, case.truth, case.given["points"][floor].mean(axis=0), case.given["threshold"])
     taken = _surface(case, answer)
     if taken in _HIGHER:
         return "a higher level plane", f"That is {taken}: level, but another level plane lies lower."
     if taken in _UPRIGHT:
         return "an upright plane", f"That is {taken}: many points agree, but it is upright; compare its normal with up."
-    if name in ("only d", "another direction") or 2 * np.count_nonzero(np.abs(signed[floor]) <= 0.06) > floor.sum():
-        return name, says
-    if min(np.mean(signed > 0), np.mean(signed < 0)) < 0.03:
-        return "all on one side", (
-            "Nearly all points lie on one side of it. Was a distance with its sign compared with the threshold, or the "
-            "lowest plane taken, however few points agree?"
+    plane, true = np.asarray(answer, dtype=np.float64), np.asarray(case.truth)
+    plane = plane if plane[:3] @ true[:3] >= 0 else -plane
+    middle = case.hidden["around"].mean(axis=0)
+    lean, height = float(np.degrees(np.arccos(min(1.0, plane[:3] @ true[:3])))), -float(plane[:3] @ middle + plane[3])
+    if lean > 45:
+        return "not level", (
+            f"It is {lean:.0f}° from level, and no wall. Is the normal of each sample compared with up, and in the "
+            "last fit the eigenvector of the smallest eigenvalue taken?"
         )
-    return "few inliers", (
-        "No surface is there. Are there samples enough for one point in ten? Is each judged by its count, with a "
-        "normal of length 1 and distances without their sign, and is the fit made to the inliers of the best?"
+    if abs(height) < 0.06:
+        return which_part(answer, case.truth, middle, case.given["threshold"])
+    where = f"It runs {quantity(abs(height), 'm')} {'above' if height > 0 else 'below'} the floor, where no surface is."
+    if height < 0:
+        return "below the floor", (
+            f"{where} Must points enough agree before the lowest is taken? Has the distance lost its sign before you "
+            "count? Is d minus the product of normal and mean?"
+        )
+    return "above the floor", (
+        f"{where} Are there samples enough for one point in ten? Is the normal of length 1, and the distance without "
+        "its sign, before you count? Is the lowest kept, and the last fit made to its inliers? Heights grow along up."
     )
 
 
