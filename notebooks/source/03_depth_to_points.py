@@ -229,12 +229,16 @@ show(cloud, views=["front", "side", "back"], title="One frame from the front, th
 # yourself: somebody sets the principal point to half the width and half the height, as equations 3 and 4 say. With pixel
 # centres at whole numbers that is half a pixel too much in each direction.
 
-# %% tags=["prediction"]
-guess = None  # millimetres
+# %%
+half_pixel_guess = predict(
+    f"With f = {c.fx:.0f}, how far does half a pixel in u and v move a point "
+    "at 1.5 m depth?", guess=None, unit="mm")
 
-predict(f"With f = {c.fx:.0f}, how far does half a pixel in u and v move a point at 1.5 m depth?", guess,
-        1000 * np.hypot(0.5, 0.5) * 1.5 / c.fx, "mm", digits=2,
-        why="Turn the triangle around: at depth z, one pixel is z / f wide. Take half of it, in u and in v.")
+# %% tags=["hide-input", "prediction"]
+half_pixel_guess.answer(
+    1000 * np.hypot(0.5, 0.5) * 1.5 / c.fx, digits=2,
+    why="Turn the triangle around: at depth z, one pixel is z / f wide. "
+        "Take half of it, in u and in v.")
 
 # %%
 v, u = np.indices(truth.shape)
@@ -405,14 +409,18 @@ axis.plot([u1, u2], [v1, v2], "o-", color="white", mec="black", ms=9, lw=1)
 axis.axis("off")
 picture(fig, alt=f"The room with two dots on the table, at pixels ({u1}, {v1}) and ({u2}, {v2}), and a line between them.")
 
-# %% tags=["prediction"]
-guess = None  # metres
+# %%
+apart_guess = predict(
+    "How far apart are they in the cloud that was lifted with 525 instead of "
+    f"{c.fx:.0f}?", guess=None, unit="m")
 
+# %% tags=["hide-input", "prediction"]
 tape = 1.3
 measured = np.linalg.norm(lazy[v2, u2] - lazy[v1, u1])
-predict(f"How far apart are they in the cloud that was lifted with 525 instead of {c.fx:.0f}?",
-        guess, measured, "m",
-        why="Sideways, all shrinks by the ratio of the focal lengths, and the stickers lie side by side.")
+apart_guess.answer(
+    measured,
+    why="Sideways, all shrinks by the ratio of the focal lengths, and the "
+        "stickers lie side by side.")
 
 # %% [markdown]
 # One known length also mends it. Across the image, lengths go with 1/f, so the right f is the wrong one times measured over true. That

@@ -102,12 +102,17 @@ report("points after, voxel 10 mm, origin zero", len(voxel_grid(points, voxel)[0
 # Look at the last two numbers. The grid is the same but for where it begins, and it keeps another number of points. From here on our
 # grids begin at zero, and Open3D's half a voxel below the lowest point.
 
-# %% tags=["prediction"]
-guess = None  # how many times as many
+# %%
+half_voxel_guess = predict(
+    "Half the voxel, 5 mm for 10. How many times as many points does the "
+    "animal keep?", guess=None, unit="times")
 
-predict("Half the voxel, 5 mm for 10. How many times as many points does the animal keep?", guess,
-        len(voxel_grid(points, 0.005)[0]) / len(voxel_grid(points, 0.01)[0]), "times", digits=2,
-        why="Eight small cubes fill a large one. But the points lie on a surface, which passes through about four of the eight.")
+# %% tags=["hide-input", "prediction"]
+fine, coarse = (len(voxel_grid(points, size)[0]) for size in (0.005, 0.01))
+half_voxel_guess.answer(
+    fine / coarse, digits=2,
+    why="Eight small cubes fill a large one. But the points lie on a "
+        "surface, which passes through about four of the eight.")
 
 # %% [markdown]
 # Now the report's voxel. Nothing says where its grid begins, so we let it begin anywhere within one voxel, many times.
