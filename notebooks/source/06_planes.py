@@ -338,7 +338,7 @@ report_table(
 )
 
 # %% [markdown]
-# RANSAC decides *who* belongs, least squares *where* the plane is. (There are more inliers than points of the board: some things lie within
+# Settled, our plane is Open3D's: RANSAC decides *who* belongs, least squares *where* the plane is. (There are more inliers than points of the board: some things lie within
 # 15 mm of its plane by chance.)
 #
 # The threshold is yours to choose. Measure the noise first: fit a plane to a patch that surely is one surface; section 2's third root is it. Three
@@ -527,7 +527,7 @@ show.images(
 # %% [markdown]
 # ## Report against reality
 #
-# The report is an article on 3D reconstruction with Open3D. Of its figure 18, white text on a black box before black, it says that "the name is
+# Section 17 of the report, a text on 3D reconstruction with Open3D, shows white text on a black box before a black background (figure 18), and says that "the name is
 # prominently highlighted". Is the background needed? We blacken everything in the first view but the box, and let brightness alone decide.
 
 # %%
@@ -603,7 +603,7 @@ for threshold, rule in pairs:
     plane, who = chosen[threshold][rule]
     out = -np.sign(plane.normal[1]) * plane.distances(wall)
     before[threshold, rule] = plane, 1000 * out, who
-a, b, c = chosen[4]["most inliers"][0].normal
+a, _, c = map(float, chosen[4]["most inliers"][0].normal)
 lean = np.array([a, c]) / np.hypot(a, c)  # in the wall, where it leans most
 along = wall[:, [0, 2]] @ lean
 fig, axes = plt.subplots(1, 4, figsize=(11, 3.4), layout="constrained",

@@ -92,8 +92,8 @@ check("06-1", tries_needed)
 # %% [markdown]
 # ## Task 2 — fit a plane to points of unequal noise (3 points)
 #
-# A depth camera's noise grows with distance, and shiny things are worse: every point comes with its own noise, sigma. The lesson's fit lets all
-# points say alike. Find the plane with the smallest sum of (distance / sigma)², distances measured at right angles to it.
+# A depth camera's noise grows with distance, and shiny things are worse: every point comes with its own noise, sigma. In the lesson's fit every
+# point has the same say. Find the plane with the smallest sum of (distance / sigma)², distances measured at right angles to it.
 #
 # - `points`: (N, 3) float, metres, N ≥ 3, not on one line
 # - `sigma`: (N,) float, metres, above 0: the standard deviation of each point
@@ -160,7 +160,7 @@ check("06-2", fit_plane)
 # %% [markdown]
 # ## Task 3 — mend heights above a real floor (3 points)
 #
-# Somebody found the floor of real RealSense frames, and wrote this to say how high each point stands above it. Other than in the lesson, the points
+# Somebody found the floor of real RealSense frames, and wrote this to say how high each point stands above it. Unlike in the lesson, the points
 # are in the camera's frame, and the plane comes from another program: its normal has any length, and may point up or down. There are three
 # mistakes in the code. Mend them all. (For the middle picture, the floor's plane was written with a normal of length 3 that points up.)
 #

@@ -1,5 +1,7 @@
 """The lesson's recipe in another frame: one level plane after the other is taken away; the lowest of all."""
 
+import numpy as np
+
 
 def fitted(points):
     middle = points.mean(axis=0)
@@ -16,7 +18,7 @@ def best_level(points, up, threshold, rng):
     length = np.linalg.norm(normals, axis=1)
     ok = np.abs(normals @ up) > 0.97 * length
     best = np.zeros(len(points), bool)
-    for corner, normal in zip(a[ok], normals[ok] / length[ok, None]):
+    for corner, normal in zip(a[ok], normals[ok] / length[ok, None], strict=True):
         agree = np.abs(points @ normal - corner @ normal) <= threshold
         if agree.sum() > best.sum():
             best = agree
