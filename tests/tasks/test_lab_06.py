@@ -329,21 +329,21 @@ def test_luck_does_not_find_the_floor_of_seven_rooms(tries):
 
 
 @pytest.mark.parametrize(
-    ("wrong", "name"),
+    ("wrong", "names"),
     [
-        ({"least": 0.17}, "the largest level plane"),
-        ({"height": "-np.median(points[inliers] @ up)"}, "above the floor"),
-        ({"tries": 2000, "square": "0.1", "height": "-inliers.sum()"}, "the lesson's own code"),
-        ({"least": 0}, "below the floor"),
-        ({"which": 2}, "not level"),
-        ({"d": "normal @ middle"}, "the sign of the fourth"),
+        ({"least": 0.17}, {"the largest level plane"}),
+        ({"height": "-np.median(points[inliers] @ up)"}, {"a higher level plane", "above the floor"}),
+        ({"tries": 2000, "square": "0.0", "height": "-inliers.sum()"}, {"the lesson's own code"}),
+        ({"least": 0}, {"below the floor"}),
+        ({"which": 2}, {"not level"}),
+        ({"d": "normal @ middle"}, {"the sign of the fourth"}),
     ],
 )
-def test_task_5_says_which_step_of_the_search_is_wrong(wrong, name):
+def test_task_5_says_which_step_of_the_search_is_wrong(wrong, names):
     """A surface that was taken for the floor has a name, and so has the step that took it."""
     for seed in range(2):
         result = _earned(seed, **wrong)
-        assert result.score < 0.5 and name in result.diagnosis.names, (result.diagnosis, result.error)
+        assert result.score < 0.5 and names & set(result.diagnosis.names), (result.diagnosis, result.error)
 
 
 def test_n_and_d_in_a_tuple_are_to_be_joined():
