@@ -333,7 +333,7 @@ def test_luck_does_not_find_the_floor_of_seven_rooms(tries):
     [
         ({"least": 0.17}, {"the largest level plane"}),
         ({"height": "-np.median(points[inliers] @ up)"}, {"a higher level plane", "above the floor"}),
-        ({"tries": 2000, "square": "0.0", "height": "-inliers.sum()"}, {"the lesson's own code"}),
+        ({"tries": 2000, "square": "1e-9", "height": "-inliers.sum()"}, {"the lesson's own code"}),
         ({"least": 0}, {"below the floor"}),
         ({"which": 2}, {"not level"}),
         ({"d": "normal @ middle"}, {"the sign of the fourth"}),
