@@ -60,9 +60,9 @@ def _tries_cases(rng: np.random.Generator) -> list[Case]:
         many = len(asked) == 4
         low, high = (0.4, 0.26, 0.1), (0.46, 0.32, 0.14)
         if many:
-            low, high = (0.28, 0.2, 0.14, 0.09), (0.3, 0.23, 0.18, 0.11)
+            low, high = (0.19, 0.15, 0.1, 0.06), (0.22, 0.18, 0.14, 0.09)
         shares = tuple(float(w) for w in (64 * rng.uniform(low, high)).round() / 64)  # 16-bit floats hold 64ths
-        sample, p = (4, 0.995) if many else (3, 0.98)  # always more than 255 tries, and fewer
+        sample, p = (4, 0.9) if many else (3, 0.98)  # always more than 255 tries, and fewer
         if _count_tries(_chance(shares, sample), p):
             asked.append((shares, sample, p, "four planes, four points a sample" if many else "three planes"))
     return [
