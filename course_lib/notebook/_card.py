@@ -11,7 +11,7 @@ from course_lib.notebook._where import with_links
 WHERE = "Where to look:"
 _TONES = {
     "passed": ("#009E73", "✓"),
-    "by hand": ("#009E73", "✓"),
+    "by hand": ("#0072B2", "→"),
     "not started": ("#7A8794", "○"),
     "failed": ("#D55E00", "↻"),
 }

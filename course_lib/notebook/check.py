@@ -179,8 +179,8 @@ def _passed(result: Result, outcomes: list[Outcome]) -> Card:
     task, count = result.task, len(result.verdicts)
     said = _said(outcomes)
     if result.status == "by hand":
-        words = f"{result.error} Only the length was checked; your instructor reads it and gives 0 to {task.points:g}."
-        state = f"ready to hand in · up to {_points(task.points)}, marked by hand"
+        words = f"{result.error} Nobody has judged yet what they say; your instructor gives 0 to {task.points:g}."
+        state = f"written, not judged here · up to {_points(task.points)}, marked by hand"
         return Card("by hand", task.label, state, (words,), said)
     if task.kind == "open":
         state = f"passed · {result.points:g} of {_points(task.points)}"

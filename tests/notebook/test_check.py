@@ -318,8 +318,8 @@ def test_explanation_is_ready_to_hand_in(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setenv("COURSE_STRICT", "1")
     card = check("90-4", lambda: "because")
     assert card.text == (
-        "✓ Task 4: a & b — ready to hand in · up to 4 points, marked by hand\n"
-        "  1 of at most 60 words. Only the length was checked; your instructor reads it and gives 0 to 4."
+        "→ Task 4: a & b — written, not judged here · up to 4 points, marked by hand\n"
+        "  1 of at most 60 words. Nobody has judged yet what they say; your instructor gives 0 to 4."
     )
     with pytest.raises(CheckFailed, match="write your explanation"):
         check("90-4", lambda: " ")
