@@ -112,7 +112,7 @@ picture(fig, alt=f"A point {x_drawn:g} m right of the optical axis and "
 #
 # The **focal length** $f$ is the distance from the hole to the image. Only the ratio of $u - c_x$ to $f$ matters, so both may be
 # in pixels. The line straight ahead is the optical axis; it meets the image at the **principal point** $(c_x, c_y)$. 640 columns are
-# numbered 0 to 639, so their middle is 319.5, not 320: $c_x = (W - 1)/2$. Rows may have an $f$ of their own, so we carry two: `fx` and `fy`.
+# numbered 0 to 639, so their middle is 319.5, not 320: $c_x = (W - 1)/2$ for $W$ columns. Rows may have an $f$ of their own, so we carry two: `fx` and `fy`.
 #
 # The code below takes one point, a list of points or an image of points: `(..., 3)` means that x, y and z come last, whatever
 # stands before.

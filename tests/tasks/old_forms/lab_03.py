@@ -1,4 +1,4 @@
-"""Lab 03 as it was: task 2 asked for the lesson's deproject, task 4 showed its figure, things of task 5 leaned anyhow."""
+"""Lab 03 as it was: task 2 asked for the lesson's deproject, task 4 showed its figure, task 5 leaned anyhow."""
 
 from __future__ import annotations
 

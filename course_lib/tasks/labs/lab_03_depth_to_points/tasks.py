@@ -259,7 +259,7 @@ TASKS = (
             "2: both: one factor for all three, so the front view cannot show it; and a length in depth and one across "
             "the image: the scale spoils both alike, a wrong f only the one across.",
         ),
-        "lesson 03, Break it (the front view hides it) and section 4 (what a wrong scale does)",
+        "lesson 03, Break it (the front view hides it) and section 4 (what goes wrong, in millimetres)",
         version=2,
     ),
 )
