@@ -20,13 +20,12 @@ from .generated import stale, write_generated
 from .kernels import CellFailed, execute
 from .lab_pictures import write_pictures
 from .lesson_files import lacking
+from .minutes import counted
 from .needed_data import prepare_data
 from .outputs import keep_unchanged
 from .public_answers import stale_public, write_public
 from .solutions import ROOT
 from .tree import CourseError, Source, Tree
-
-KEPT_PLANS = 3  # tasks 1–3 keep the solution's comments as a plan
 
 
 def exercise_from(solution: NotebookNode) -> NotebookNode:
@@ -48,7 +47,7 @@ def exercise_from(solution: NotebookNode) -> NotebookNode:
         if "task" in tags:
             if task is None:
                 raise CourseError(f"the task cell {cell.id} stands before any heading `## Task N — title (P points)`.")
-            cell.source = stubs.exercise_source(cell.source, task.number, task.title, task.number <= KEPT_PLANS)
+            cell.source = stubs.exercise_source(cell.source, task.number, task.title, task.number <= stubs.KEPT_PLANS)
     return nbs.notebook_of(cells)
 
 
@@ -215,7 +214,7 @@ def build_all(names: Iterable[str], kind: str | None, tree: Tree, say: Callable[
             failed += 1
             continue
         what = ", ".join(tree.relative(path) for path in changed) or "nothing changed"
-        say(f"  {what} ({time.perf_counter() - started:.0f} s)")
+        say(f"  {what} ({time.perf_counter() - started:.0f} s); it takes {counted(source.notebook, tree)} minutes")
         built.append(source)
     for line in filter(None, (write_public(source.number, tree) for source in built if _asks(source, tree))):
         say(line)

@@ -1,109 +1,28 @@
-"""The frame of a lesson and of a lab: which parts, in which order, how many of each, and how many minutes."""
+"""The frame of a lesson and of a lab: which parts, in which order, and how many of each."""
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 
 from nbformat import NotebookNode
 
 from . import notebooks as nbs
+from .parts import END, Part, core_of, parts_of
+from .predictions import ASKED, FOLDED
 
-WORDS_A_MINUTE = 150
-LESSON_MINUTES, LAB_MINUTES = 45, 60
 MOST_CODE_CELLS, MOST_SECTIONS, MOST_TERMS, MOST_KEY_POINTS = 25, 5, 3, 5
 START_CODE_CELLS, START_TERMS = 8, 6  # lesson 00
-TASK_MINUTES, SOLUTION_LINE_MINUTES = 3.0, 0.5  # to understand a task and run its check; to write one line of it
 FEWEST_TASKS, MOST_TASKS, FEWEST_HINTS = 4, 6, 2
 
-END = "To the lab"
 CORE = ("Report against reality", "Break it", "On real data", "Key points", "Your own camera", END)
 FULL = ("Card", "sections", *CORE, "Going further")
 START = ("Card", "sections", "Key points", END)  # lesson 00
 
 _FENCE = re.compile(r"```.*?```", re.S)
 _CONCEPT = re.compile(r"<summary>(?:(?!</summary>).)*\b(?:answer|vote)\b", re.I | re.S)
-_PREDICT = re.compile(r"(?<!def )\bpredict\(")
 _REPORT = re.compile(r"(?<!def )\breport(?:_table)?\(")
 _HINT = re.compile(r"<summary>\s*Hint\s+(\d+)\s*:\s*(\w+)", re.I)
-
-
-@dataclass
-class Part:
-    """What stands under one heading of the second level; the part before the first has the title's heading."""
-
-    heading: str
-    prose: str = ""
-    code: list[NotebookNode] = field(default_factory=list)
-
-    @property
-    def number(self) -> int | None:
-        """The number of a section, "## 2 Depth is z"; None for the parts of the frame."""
-        match = re.match(r"(\d+)\s", self.heading)
-        return int(match[1]) if match else None
-
-    @property
-    def figures(self) -> int:
-        """Pictures that are stored or linked here."""
-        stored = sum(any(kind.startswith("image/") for kind in o.get("data", {})) for c in self.code for o in c.outputs)
-        return stored + len(re.findall(r"!\[[^\]]*\]\(|<img\b", _FENCE.sub("", self.prose)))
-
-
-def parts_of(nb: NotebookNode) -> list[Part]:
-    """Cut a notebook at its headings of the first and second level."""
-    parts = [Part("")]
-    for cell in nb.cells:
-        if cell.cell_type == "code":
-            parts[-1].code.append(cell)
-        if cell.cell_type != "markdown":
-            continue
-        fenced = False
-        for line in cell.source.splitlines():
-            fenced ^= line.lstrip().startswith("```")
-            heading = None if fenced else re.match(r"(#{1,2})\s+(.+?)\s*$", line)
-            if heading and (heading[1] == "##" or not parts[-1].heading):
-                parts.append(Part(heading[2] if heading[1] == "##" else f"# {heading[2]}"))
-            else:
-                parts[-1].prose += line + "\n"
-        parts[-1].prose += "\n"
-    return parts if parts[0].prose.strip() or parts[0].code else parts[1:]
-
-
-def _words(markdown: str) -> int:
-    """How many words a person reads: no addresses, no tags; a formula counts as one word for each of its parts."""
-    text = re.sub(r"<!--.*?-->|<[^>]+>", " ", markdown, flags=re.S)
-    text = re.sub(r"\]\([^)]*\)", "]", text)
-    return len(re.findall(r"[^\W_][\w.,'’²³-]*", text))
-
-
-def _reading_minutes(parts: list[Part]) -> float:
-    """150 words a minute, 1 minute a code cell that is shown, 1 a figure."""
-    cells = [cell for part in parts for cell in part.code if "hide-input" not in nbs.cell_tags(cell)]
-    words = sum(_words(part.heading) + _words(part.prose) for part in parts)
-    return words / WORDS_A_MINUTE + len(cells) + sum(part.figures for part in parts)
-
-
-def _core(parts: list[Part]) -> list[Part]:
-    """The parts from the title to "To the lab", that one included."""
-    names = [part.heading for part in parts]
-    return parts[: names.index(END) + 1] if END in names else parts
-
-
-def _solution_lines(source: str) -> int:
-    """Lines of code that a learner writes in a task's cell."""
-    blocks = re.findall(r"# BEGIN SOLUTION\n(.*?)(?=# INSTEAD|# END SOLUTION)", source, flags=re.S)
-    lines = [line.strip() for block in blocks for line in block.splitlines()]
-    return sum(bool(line) and not line.startswith("#") for line in lines)
-
-
-def _lab_minutes(parts: list[Part]) -> float:
-    """Minutes for a lab, from its solution: reading as in a lesson, 3 minutes a task, half a minute a line of it."""
-    tasks = [cell for part in parts for cell in part.code if "task" in nbs.cell_tags(cell)]
-    writing = sum(TASK_MINUTES + SOLUTION_LINE_MINUTES * _solution_lines(cell.source) for cell in tasks)
-    checks = sum("check" in nbs.cell_tags(cell) for part in parts for cell in part.code)
-    return _reading_minutes(parts) + writing - len(tasks) - checks  # those cells are in the 3 minutes already
 
 
 def _terms(prose: str) -> list[str]:
@@ -148,8 +67,9 @@ def _start_content(core: list[Part]) -> Iterator[str]:
 def _content(core: list[Part]) -> Iterator[str]:
     """What every full lesson asks of its reader, and its limits."""
     cells = [cell for part in core for cell in part.code]
-    if len(cells) > MOST_CODE_CELLS:
-        yield f"{len(cells)} code cells in the core, more than {MOST_CODE_CELLS}"
+    counted = [cell for cell in cells if not set(nbs.cell_tags(cell)) >= FOLDED]  # a question and its answer are one
+    if len(counted) > MOST_CODE_CELLS:
+        yield f"{len(counted)} code cells in the core, more than {MOST_CODE_CELLS}"
     numbered = [part for part in core if part.number is not None]
     if len(numbered) > MOST_SECTIONS:
         yield f"{len(numbered)} sections, more than {MOST_SECTIONS}"
@@ -158,11 +78,8 @@ def _content(core: list[Part]) -> Iterator[str]:
         if len(terms) > MOST_TERMS:
             which = ", ".join(terms)
             yield f"section {part.number} has {len(terms)} new terms, more than {MOST_TERMS}: {which}"
-    asking = [cell for cell in cells if _PREDICT.search(cell.source)]
-    if not asking:
+    if not any(ASKED.search(cell.source) for cell in cells):
         yield "no predict(...) prompt in the core"
-    if any("prediction" not in nbs.cell_tags(cell) for cell in asking):
-        yield "a predict(...) cell is not tagged prediction"
     after_card = [part for part in core[1:] if part.heading != "Card"]
     if not any(_CONCEPT.search(part.prose) for part in after_card):
         yield "no concept question (choices, and a folded answer whose summary says Vote or Answer)"
@@ -179,7 +96,7 @@ def lesson_frame(nb: NotebookNode, name: str) -> Iterator[str]:
     name : its name, for example 03_depth_to_points; 00 has its own, shorter frame.
     """
     parts = parts_of(nb)
-    core = _core(parts)
+    core = core_of(parts)
     yield from _title(parts, name[:2])
     if not parts[0].figures:
         yield "no picture between its title and its card"
@@ -194,9 +111,6 @@ def lesson_frame(nb: NotebookNode, name: str) -> Iterator[str]:
         points = len(re.findall(r"^(?:[-*+]|\d+[.)])\s", before, flags=re.M))
         if part.heading == "Key points" and points > MOST_KEY_POINTS:
             yield f"{points} key points, more than {MOST_KEY_POINTS}"
-    minutes = _reading_minutes(core)
-    if minutes > LESSON_MINUTES:
-        yield f"{math.ceil(minutes)} minutes for the core, more than {LESSON_MINUTES}"
 
 
 def _task_findings(part: Part, number: int, lab: str, exercise: bool) -> Iterator[str]:
@@ -242,5 +156,3 @@ def lab_frame(nb: NotebookNode, name: str, exercise: bool) -> Iterator[str]:
     stray = [cell for cell in elsewhere if {"task", "check"} & set(nbs.cell_tags(cell))]
     if stray:
         yield f"{len(stray)} task or check cells stand under no task's heading"
-    if not exercise and (minutes := _lab_minutes(_core(parts))) > LAB_MINUTES:
-        yield f"{math.ceil(minutes)} minutes, more than {LAB_MINUTES}"

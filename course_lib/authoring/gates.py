@@ -3,25 +3,31 @@
 from __future__ import annotations
 
 import ast
+import html
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 from nbformat import NotebookNode
 
 from course_lib.notebook._cells import real_datasets
 
 from . import notebooks as nbs
+from .checked import Checked, Kind, allowed
+from .choice_keys import told_keys
 from .frame import lab_frame, lesson_frame
-from .links import anchors, dead_links, images_without_alt
+from .lab_keys import told_lines
+from .links import images_without_alt
+from .minutes import minutes_findings
+from .one_meaning import second_meanings
 from .outputs import decode_png
 from .pictures import what_is_empty
+from .predictions import gives_away
+from .prose_gates import links, typed_numbers, words
 from .tree import CourseError, Tree
 
 MOST_BYTES = 1_200_000
-Kind = Literal["lesson", "solution", "exercise"]
+MOST_COLUMNS = 80  # of code
 
 _PATH = re.compile(r"(?<![\w.:/~-])/(?:home|root|work|tmp|Users|mnt|var/folders)/|\b[A-Za-z]:\\+Users\\")
 _TIMING = re.compile(
@@ -32,38 +38,6 @@ _TIMING = re.compile(
 _CLOCK = re.compile(r"^\s*%{1,2}time(?:it)?\b", re.M)
 _ADDRESS = re.compile(r"\bat 0x[0-9a-fA-F]{6,}")
 _NBVAL = re.compile(r"^\s*#+\s*(?:NBVAL_\w+|PYTEST_VALIDATE_IGNORE_OUTPUT)\s*$", re.M)
-_NUMBER = re.compile(
-    r"(?<![\w.,/^–-])(?P<number>\d{1,3}(?:,\d{3})+(?:\.\d+)?|\d+(?:\.\d+)?)\s?(?:mm|cm|m|km|%|°)(?![\w/²³^])"
-)
-_NOT_PROSE = re.compile(
-    r"```.*?```|`[^`\n]*`|\$\$.*?\$\$|\$[^$\n]+\$|^[ \t]*[|>][^\n]*$|\[[^\]]*\]\([^)]*\)", re.S | re.M
-)
-_EMPTY_WORDS = re.compile(r"\b(?:simply|obviously)\b", re.I)
-
-
-@dataclass(frozen=True)
-class Checked:
-    """A notebook under examination."""
-
-    nb: NotebookNode
-    path: Path
-    kind: Kind
-    tree: Tree
-
-    @property
-    def name(self) -> str:
-        return self.tree.relative(self.path)
-
-    def at(self, number: int, message: str) -> str:
-        """One finding about one cell."""
-        cell = self.nb.cells[number]
-        return f"{self.name}: cell {number} ({cell.get('id', 'no id')}): {message}"
-
-    def code(self) -> Iterator[tuple[int, NotebookNode]]:
-        return ((n, cell) for n, cell in enumerate(self.nb.cells) if cell.cell_type == "code")
-
-    def prose(self) -> Iterator[tuple[int, NotebookNode]]:
-        return ((n, cell) for n, cell in enumerate(self.nb.cells) if cell.cell_type == "markdown")
 
 
 def _texts(cell: NotebookNode) -> Iterator[str]:
@@ -78,11 +52,6 @@ def _texts(cell: NotebookNode) -> Iterator[str]:
             yield from (text for text in texts if isinstance(text, str))
             alts = (about.get("alt") for about in output.metadata.values() if isinstance(about, dict))
             yield from (alt for alt in alts if isinstance(alt, str))
-
-
-def _allowed(cell: NotebookNode, what: str) -> bool:
-    """Whether a cell says `allow WHAT: reason`, in a comment."""
-    return re.search(rf"(?:#|<!--)\s*allow {re.escape(what)}:\s*\w", cell.source) is not None
 
 
 def pictures(checked: Checked) -> Iterator[str]:
@@ -111,6 +80,8 @@ def _literals(source: str) -> set[str]:
 def alt_texts(checked: Checked) -> Iterator[str]:
     """A picture without a description, or with one in which nothing was computed."""
     for n, cell in checked.code():
+        shown = [output.data["text/html"] for output in cell.outputs if "text/html" in output.get("data", {})]
+        folded = [text for text in shown if text.startswith("<details")]
         for output in cell.outputs:
             for kind in output.get("data", {}):
                 if not kind.startswith("image/"):
@@ -123,8 +94,10 @@ def alt_texts(checked: Checked) -> Iterator[str]:
                     yield checked.at(n, f"its alt text has no number: {alt[:60]!r}")
                 elif alt.strip() in _literals(cell.source):
                     yield checked.at(n, f"its alt text is typed, not computed: {alt[:60]!r}")
-        html = "\n".join(o.data["text/html"] for o in cell.outputs if "text/html" in o.get("data", {}))
-        yield from (checked.at(n, f"its HTML has an image without alt text: {t}") for t in images_without_alt(html))
+                elif not any(html.escape(alt) in text for text in folded):
+                    yield checked.at(n, "its picture has no folded line that says it in words: build it again")
+        bare = images_without_alt("\n".join(shown))
+        yield from (checked.at(n, f"its HTML has an image without alt text: {image}") for image in bare)
     for n, cell in checked.prose():
         yield from (checked.at(n, f"image without alt text: {image}") for image in images_without_alt(cell.source))
 
@@ -143,7 +116,7 @@ def noise(checked: Checked) -> list[str]:
         for text in _texts(cell):
             if match := _ADDRESS.search(text):
                 found.append(checked.at(n, f"a memory address is stored: {match[0]}"))
-            if (match := _TIMING.search(text)) and not _allowed(cell, "timing"):
+            if (match := _TIMING.search(text)) and not allowed(cell, "timing"):
                 found.append(checked.at(n, f"a timing is stored: {match[0]!r}"))
     return list(dict.fromkeys(found))
 
@@ -202,43 +175,54 @@ def real_data(checked: Checked) -> Iterator[str]:
             yield checked.at(n, "it draws from rng, which later cells draw from: without its data these would differ")
 
 
-def links(checked: Checked) -> Iterator[str]:
-    """A link or an image that leads nowhere."""
-    own = anchors("\n\n".join(cell.source for _, cell in checked.prose()))
-    for n, cell in checked.prose():
-        for to in dead_links(cell.source, checked.path.parent, own):
-            yield checked.at(n, f"dead link: {to}")
-
-
-def typed_numbers(checked: Checked) -> Iterator[str]:
-    """A measured number typed into a lesson's prose: three digits or more and a unit, outside tables and formulas."""
-    if checked.kind != "lesson":
-        return
-    for n, cell in checked.prose():
-        if _allowed(cell, "typed number"):
+def wide_lines(checked: Checked) -> Iterator[str]:
+    """Code that a projector at 150 % cuts off; of an exercise only what differs from its solution: the stubs."""
+    for n, cell in checked.code():
+        if checked.kind == "exercise" and "task" not in nbs.cell_tags(cell):
             continue
-        for match in _NUMBER.finditer(_NOT_PROSE.sub(" ", cell.source)):
-            digits = match["number"].replace(",", "")
-            digits = digits.replace(".", "").lstrip("0") if "." in digits else digits.strip("0")
-            if len(digits) >= 3:
-                yield checked.at(n, f"a result typed into prose: {match[0]!r} (print it, or give its source)")
+        lines = enumerate(cell.source.splitlines(), start=1)
+        wide = [f"line {number} ({len(line)})" for number, line in lines if len(line) > MOST_COLUMNS]
+        if wide:
+            yield checked.at(n, f"{len(wide)} of its lines over {MOST_COLUMNS} characters: {', '.join(wide)}")
 
 
-def words(checked: Checked) -> Iterator[str]:
-    """Words that tell a reader who is stuck that it was easy."""
-    for n, cell in checked.prose():
-        for match in _EMPTY_WORDS.finditer(_NOT_PROSE.sub(" ", cell.source)):
-            yield checked.at(n, f"the word {match[0]!r}")
+def one_meaning(checked: Checked) -> Iterator[str]:
+    """A name that a later section gives another meaning."""
+    if checked.kind != "exercise":
+        yield from (checked.at(n, line) for n, line in second_meanings(checked.nb))
+
+
+def lab_keys(checked: Checked) -> Iterator[str]:
+    """What a lab tells of its answers outside them; the exercise is made of the same cells."""
+    if checked.kind == "solution":
+        told = (*told_lines(checked.nb), *told_keys(checked.nb))
+        yield from (checked.at(n, line) for n, line in told)
+
+
+def predictions(checked: Checked) -> Iterator[str]:
+    """A prediction that gives itself away."""
+    if checked.kind == "lesson":
+        yield from (checked.at(n, line) for n, line in gives_away(checked.nb.cells))
 
 
 def frame(checked: Checked) -> Iterator[str]:
-    """A lesson or lab over its minutes, or without a part of its frame."""
+    """A lesson or lab without a part of its frame, or with too much of one."""
     nb, name, kind = checked.nb, checked.path.stem, checked.kind
     lines = lesson_frame(nb, name) if kind == "lesson" else lab_frame(nb, name, kind == "exercise")
     return (f"{checked.name}: {line}" for line in lines)
 
 
-GATES = (pictures, alt_texts, noise, paths, errors, size, executed, real_data, links, typed_numbers, words, frame)
+def minutes(checked: Checked) -> Iterator[str]:
+    """More minutes than a lesson or lab may take, or other minutes than are stated."""
+    if checked.kind != "exercise":
+        lines = minutes_findings(checked.path, checked.kind == "solution", checked.tree)
+        yield from (f"{checked.name}: {line}" for line in lines)
+
+
+GATES = (
+    *(pictures, alt_texts, noise, paths, errors, size, executed, real_data, links, typed_numbers, words),
+    *(predictions, frame, minutes, wide_lines, one_meaning, lab_keys),
+)
 
 
 def kind_of(path: Path, tree: Tree) -> Kind:

@@ -9,23 +9,37 @@ from pathlib import Path
 from course_lib.notebook import _catalog
 from course_lib.notebook.lessons import lessons
 
+from .minutes import WHAT_IS_COUNTED, counted
 from .public_answers import table
 from .tree import CourseError, Tree
 
 _WORD = re.compile(r"((?:<a id=\"[^\"]+\"></a>)+)\*\*([^*]+)\*\* — .+")
 
 
+COUNTED = f"Minutes are counted: {WHAT_IS_COUNTED}."
+
+
+def _minutes(tree: Tree) -> dict[str, tuple[str, str]]:
+    """For each lesson what it and its lab count, as stored; nothing where they are not built yet."""
+
+    def one(path: Path) -> str:
+        return str(counted(path, tree)) if path.is_file() else ""
+
+    labs = {source.name: one(source.notebook) for source in tree.labs()}
+    return {source.name: (one(source.notebook), labs.get(source.name, "")) for source in tree.lessons()}
+
+
 def _lessons(tree: Tree) -> str:
     """README's course map."""
     rows = ["| Lesson | What you can do after it | Lesson, minutes | Lab, minutes |", "|---|---|---|---|"]
-    there = {source.name for source in tree.lessons()}
+    there = _minutes(tree)
     for one in lessons(tree.lessons_folder / "source"):
         title = f"{one.number} {one.title}"
         if one.name in there:
-            rows.append(f"| [{title}](notebooks/{one.name}.ipynb) | {one.does} | {one.minutes} | {one.lab_minutes} |")
+            rows.append(f"| [{title}](notebooks/{one.name}.ipynb) | {one.does} | {' | '.join(there[one.name])} |")
         else:
             rows.append(f"| {title} | *to come* | | |")
-    return "\n".join(rows)
+    return "\n".join([*rows, "", COUNTED])
 
 
 def _words(tree: Tree) -> str:
@@ -45,10 +59,13 @@ def _words(tree: Tree) -> str:
 
 
 def _notes(tree: Tree) -> str:
-    """The instructor's notes, lesson by lesson."""
-    paths = sorted((tree.solutions_folder / "notes").glob("[0-9][0-9]_*.md"))
-    titles = [path.read_text(encoding="utf-8").partition("\n")[0].removeprefix("# ") for path in paths]
-    return "\n".join(f"- [{title}](notes/{path.name})" for title, path in zip(titles, paths, strict=True))
+    """The instructor's notes, lesson by lesson, with the minutes of somebody who works alone."""
+    rows, there = [], _minutes(tree)
+    for path in sorted((tree.solutions_folder / "notes").glob("[0-9][0-9]_*.md")):
+        title = path.read_text(encoding="utf-8").partition("\n")[0].removeprefix("# ")
+        lesson, lab = there.get(path.stem, ("", ""))
+        rows.append(f"- [{title}](notes/{path.name}): {lesson} minutes alone, and {lab} for the lab")
+    return "\n".join([*rows, "", COUNTED])
 
 
 def _datasets(tree: Tree) -> str:

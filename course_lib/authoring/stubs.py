@@ -21,7 +21,8 @@ from dataclasses import dataclass
 from course_lib.authoring.tree import CourseError
 
 BEGIN, INSTEAD, END, GIVEN = "# BEGIN SOLUTION", "# INSTEAD", "# END SOLUTION", "#|"
-MEND = "# delete this line, then mend what follows"
+KEPT_PLANS = 3  # tasks 1–3 keep the solution's comments as a plan
+MEND = "# delete the next line, then mend what follows"
 
 
 @dataclass(frozen=True)
@@ -58,11 +59,9 @@ def exercise_source(source: str, number: int, title: str, keep_plan: bool = True
         result += lines[done : block.begin]
         if keep_plan:
             result += [block.indent + comments[i] for i in range(block.begin + 1, block.instead) if i in comments]
-        if block.instead < block.end:
-            result.append(f"{block.indent}{stub}  {MEND}")
-            result += _given(lines, block)
-        else:
-            result.append(block.indent + stub)
+        mend = block.instead < block.end
+        result += [block.indent + line for line in ([MEND] if mend else []) + [stub]]
+        result += _given(lines, block) if mend else []
         done = block.end + 1
     return "\n".join(result + lines[done:])
 
@@ -72,6 +71,11 @@ def reference_source(source: str) -> str:
     lines, blocks = _parse(source)
     dropped = {i for block in blocks for i in (block.begin, *range(block.instead, block.end + 1))}
     return "\n".join(line for i, line in enumerate(lines) if i not in dropped)
+
+
+def solution_blocks(source: str) -> list[tuple[int, int]]:
+    """The solutions of a task cell: for each the line of its BEGIN, from 1, and the last line of its code."""
+    return [(block.begin + 1, block.instead) for block in _parse(source)[1]]
 
 
 def _parse(source: str) -> tuple[list[str], list[_Block]]:

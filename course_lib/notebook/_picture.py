@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import io
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,7 +34,7 @@ class Picture:
     Attributes
     ----------
     png : the file's bytes: palette PNG on white.
-    alt : what is to be seen, with its numbers; also the cell's plain text.
+    alt : what is to be seen, with its numbers; also the output's plain text, and a folded line below it.
     width : how wide a notebook shows it, in CSS pixels.
     """
 
@@ -44,11 +45,17 @@ class Picture:
     def __repr__(self) -> str:
         return self.alt
 
-    def _repr_mimebundle_(self, include=None, exclude=None) -> tuple[dict, dict]:
-        return (
-            {"image/png": self.png, "text/plain": self.alt},
-            {"image/png": {"alt": self.alt, "width": self.width}},
-        )
+    def _ipython_display_(self) -> None:
+        """Two outputs: the picture, and its description again as a folded line.
+
+        JupyterLab and HTML exports drop the alt text that stands in an output's metadata; of a bundle with HTML in it
+        JupyterLab would show the HTML instead of the picture.
+        """
+        from IPython.display import display
+
+        about = {"image/png": {"alt": self.alt, "width": self.width}}
+        display({"image/png": self.png, "text/plain": self.alt}, metadata=about, raw=True)
+        display({"text/html": in_words(self.alt)}, raw=True)
 
     @property
     def pixels(self) -> np.ndarray:
@@ -62,6 +69,12 @@ class Picture:
         path = Path(path)
         path.write_bytes(self.png)
         return path
+
+
+def in_words(alt: str) -> str:
+    """A picture's description as one folded line of HTML."""
+    style = "font-size:85%;opacity:0.8;max-width:60em"
+    return f'<details style="{style}"><summary>In words</summary>{html.escape(alt)}</details>'
 
 
 def picture_of(pixels: np.ndarray, alt: str, density: float = DENSITY) -> Picture:

@@ -122,16 +122,20 @@ assert np.isclose(range_from_depth(np.ones((1, 4)), f=3, cx=0, cy=0)[0, 3], np.s
 
 # %% [markdown]
 # Now a prediction. A camera with $f = 525$ pixels and 640x480 pixels looks straight at a flat wall, two metres in front of it.
-# Every pixel of its depth image says 2. How long is the string to the corner of the image? Put your number in `guess`.
+# Every pixel of its depth image says 2. How long is the string to the corner of the image?
 
-# %% tags=["prediction"]
-guess = None  # metres, for example 2.1
+# %%
+corner_guess = predict(
+    "How far away is the corner of the wall?", guess=None, unit="m")
 
+# %% tags=["hide-input", "prediction"]
 wall = np.full((480, 640), 2.0)
 string = range_from_depth(wall, f=525, cx=319.5, cy=239.5)
-predict("How far away is the corner of the wall?", guess, string[0, 0], "m",
-        why=f"The corner pixel looks {np.degrees(np.arccos(2 / string[0, 0])):.0f} degrees away from the middle: "
-            "the string runs at that angle.", digits=4)
+aside = np.degrees(np.arccos(2 / string[0, 0]))
+corner_guess.answer(
+    string[0, 0], digits=4,
+    why=f"The corner pixel looks {aside:.0f} degrees away from the middle: "
+        "the string runs at that angle.")
 
 # %%
 fig, axes = plt.subplots(1, 2, figsize=(9, 3.2), layout="constrained")

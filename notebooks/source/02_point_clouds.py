@@ -188,13 +188,15 @@ report("orange, if you read the float as a number", float(orange[0]), smallest=0
 # bytes lie between one point and the next, `row_step` between one image row and the next, and each field has its offset in
 # the point. A commitment first: how much data is a cloud of 640x480 PointXYZRGB, 30 times a second?
 
-# %% tags=["prediction"]
-guess = None  # megabytes a second
+# %%
+rate_guess = predict("How many megabytes a second?", guess=None, unit="MB/s")
 
+# %% tags=["hide-input", "prediction"]
 colored = pointcloud.POINT_TYPES["PointXYZRGB"]
-predict("How many megabytes a second?", guess, 640 * 480 * 30 * colored.itemsize / 1e6, "MB/s",
-        why="Each point takes 32 bytes, and only 15 of them mean something. "
-            "That is why robots downsample first (lesson 04).")
+rate_guess.answer(
+    640 * 480 * 30 * colored.itemsize / 1e6,
+    why="Each point takes 32 bytes, and only 15 of them mean something. "
+        "That is why robots downsample first (lesson 04).")
 
 # %%
 structured = np.zeros(organised.shape[:2], colored)

@@ -152,12 +152,17 @@ assert (by_open3d(points, K + 1, 1.0) == usual(mean, 1.0)).all()
 # (b). A larger ratio moves the threshold away from the mean, so fewer points lie beyond. Who says (a) thinks of it as a strength: it is a tolerance.
 # </details>
 
-# %% tags=["prediction"]
-guess = None  # per cent
+# %%
+share_guess = predict(
+    "The report's appendix removes outliers with 20 neighbours and std_ratio "
+    "2.0. What share of this desk's outliers does that find?",
+    guess=None, unit="%")
 
-predict("The report's appendix removes outliers with 20 neighbours and std_ratio 2.0. What share of this desk's outliers does that find?",
-        guess, 100 * score(by_open3d(points, 20, 2.0), kinds)[1], "%", digits=2,
-        why="A few far strays make the standard deviation large, and the threshold goes with it. The outliers hide each other.")
+# %% tags=["hide-input", "prediction"]
+share_guess.answer(
+    100 * score(by_open3d(points, 20, 2.0), kinds)[1], digits=2,
+    why="A few far strays make the standard deviation large, and the "
+        "threshold goes with it. The outliers hide each other.")
 
 # %%
 report_table([line("report's: 20, ratio 2", by_open3d(points, 20, 2.0))]
@@ -242,14 +247,21 @@ theirs = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points)).remove_radi
 # the radius, Open3D does not; on measured points that never happens.)
 assert np.array_equal(np.flatnonzero(count >= 8), theirs)
 
-# %% tags=["prediction"]
-guess = None  # times
+# %%
+growth_guess = predict(
+    "With twice the radius, a point of a surface has about four times as many "
+    "neighbours. And a point of the cable and rod?", guess=None, unit="times")
 
+# %% tags=["hide-input", "prediction"]
 double = count_within(points, 2 * radius)
-growth = {kind: np.median(double[kinds == kind] / np.maximum(count[kinds == kind], 1)) for kind in (SURFACE, THIN)}
-predict("With twice the radius, a point of a surface has about four times as many neighbours. And a point of the cable and rod?",
-        guess, growth[THIN], "times", digits=2,
-        why="A disc grows with the square of its radius, a line with the radius itself. What surpasses 2 comes mostly from strays and surfaces around it.")
+times_as_many = double / np.maximum(count, 1)
+growth = {kind: np.median(times_as_many[kinds == kind])
+          for kind in (SURFACE, THIN)}
+growth_guess.answer(
+    growth[THIN], digits=2,
+    why="A disc grows with the square of its radius, a line with the radius "
+        "itself. What surpasses 2 comes mostly from strays and surfaces "
+        "around it.")
 
 # %%
 report("on surfaces, twice the radius means more neighbours by", growth[SURFACE], "times", digits=2)

@@ -99,10 +99,12 @@ report("the desk's normal is off from the world's z axis by", np.degrees(np.arcc
 # %% [markdown]
 # The lecture prints $J = \sum x x^T$: no mean. Before you see what that does, commit yourself.
 
-# %% tags=["prediction"]
-guess = None  # degrees
+# %%
+board_guess = predict(
+    "A square board stands upright two metres ahead. By how many degrees is "
+    "its normal off, without the mean?", guess=None, unit="degrees")
 
-
+# %% tags=["hide-input", "prediction"]
 def board(tilt, count=4000, noise=0.005, size=(1.0, 1.0), seed=6):
     """Points of a board two metres ahead, tilted about x by some degrees, and its true normal."""
     rng = np.random.default_rng(seed)
@@ -117,10 +119,12 @@ def degrees_between(a, b):
 
 
 ahead, true = board(0)
-predict("A square board stands upright two metres ahead. By how many degrees is its normal off, without the mean?", guess,
-        degrees_between(np.linalg.eigh(ahead.T @ ahead)[1][:, 0], true), "degrees", digits=2,
-        why="Seen from the origin, all points lie ahead: that is where the sum of squares is by far the largest. So the direction "
-            "of the board's normal comes out as the largest, and the smallest is some direction in the board.")
+board_guess.answer(
+    degrees_between(np.linalg.eigh(ahead.T @ ahead)[1][:, 0], true), digits=2,
+    why="Seen from the origin, all points lie ahead: that is where the sum "
+        "of squares is by far the largest. So the direction of the board's "
+        "normal comes out as the largest, and the smallest is some direction "
+        "in the board.")
 
 # %%
 rows = []

@@ -282,9 +282,13 @@ picture(fig, alt=f"To points the error falls slowly to {error[-1]:.2f} mm in 40 
 # A step costs about the same. Does the better end cost you starts? We begin from many turns and shifts, and give each time enough: a step that is cut off
 # early looks like a bad start. First, commit yourself:
 
-# %% tags=["prediction"]
-guess = None  # degrees
+# %%
+start_guess = predict(
+    "The animal is turned about the vertical and not shifted. From how many "
+    "degrees does ICP to planes still find home? (Steps of 30)",
+    guess=None, unit="degrees")
 
+# %% tags=["hide-input", "prediction"]
 angles, offsets = np.arange(0, 181, 30), np.array([0, 0.05, 0.1, 0.2])
 few = surface[::5]
 maps = {}
@@ -293,9 +297,11 @@ for name, given, steps in [("to points", None, 200), ("to planes", normals, 50)]
         few, target, 10.0, given, start_at(angle, offset), steps=steps, tolerance=1e-5).T_target_source, few) - few, axis=1).mean()
         for angle in angles] for offset in offsets])
 survived = {name: int(angles[errors[0] < 2].max()) for name, errors in maps.items()}
-predict("The animal is turned about the vertical and not shifted. From how many degrees does ICP to planes still find home? (Steps of 30)",
-        guess, survived["to planes"], "degrees",
-        why="At a right angle more than half of the first pairs still pull the right way, as the whole animal is seen. Parts of a scene are less kind.")
+start_guess.answer(
+    survived["to planes"],
+    why="At a right angle more than half of the first pairs still pull the "
+        "right way, as the whole animal is seen. Parts of a scene are less "
+        "kind.")
 
 # %%
 fig, axes = plt.subplots(1, 2, figsize=(9, 3.3), sharey=True, layout="constrained")
@@ -472,9 +478,12 @@ report_table(rows, columns=["method", "last radius (mm)", "pairs at the end", "s
 #
 # A robot drives along a corridor: two walls, a floor, a ceiling. It moves 0.5 m forward. Both scans look the same.
 
-# %% tags=["prediction"]
-guess = None  # metres
+# %%
+corridor_guess = predict(
+    "By how much is ICP to planes wrong along the corridor?",
+    guess=None, unit="m")
 
+# %% tags=["hide-input", "prediction"]
 def corridor(n):
     """Points of a corridor along x, 2 m wide and 2.5 m high, with 5 mm noise, and the walls' normals."""
     x, s, wall = rng.uniform(0, 20, n), rng.uniform(0, 1, n), rng.integers(4, size=n)
@@ -487,8 +496,10 @@ def corridor(n):
 (before, walls), (ahead, _) = corridor(4000), corridor(4000)
 result = icp.icp(ahead - [0.5, 0, 0], before, 0.5, walls)
 slid = abs(0.5 - result.T_target_source[0, 3])
-predict("By how much is ICP to planes wrong along the corridor?", guess, slid, "m", digits=2,
-        why="No plane faces along x, so nothing says how far the robot drove. It stays where it began.")
+corridor_guess.answer(
+    slid, digits=2,
+    why="No plane faces along x, so nothing says how far the robot drove. "
+        "It stays where it began.")
 
 # %%
 true_distance = cKDTree(before).query(ahead)[0]

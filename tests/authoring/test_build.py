@@ -109,10 +109,10 @@ def test_cells_of_missing_real_data_keep_what_is_stored(tree: Tree) -> None:
     lesson = tree.lessons()[0]
     said: list[str] = []
     stored = nbs.read_notebook(lesson.notebook)
-    stored.cells[8].outputs[0].text = "as it was where the data are\n"
+    stored.cells[9].outputs[0].text = "as it was where the data are\n"
     nbs.write_notebook(lesson.notebook, stored)
     building.build(lesson, tree, said.append, prepare=lambda nb: {"stanford_bunny"})
-    assert nbs.read_notebook(lesson.notebook).cells[8].outputs[0].text == "as it was where the data are\n"
+    assert nbs.read_notebook(lesson.notebook).cells[9].outputs[0].text == "as it was where the data are\n"
     assert said == ["  1 real-data cells kept as stored: stanford_bunny not there"]
     lesson.notebook.unlink()
     with pytest.raises(CourseError, match="needs stanford_bunny: run `python3 course.py data get stanford_bunny`"):
@@ -163,7 +163,7 @@ def _answer(path: Path) -> None:
     ("kind", "spoil", "says"),
     [
         ("notebooks", Path.unlink, "there is no notebook 01_tiny.ipynb"),
-        ("notebooks", _drop_last, "has 9 cells where its source has 10"),
+        ("notebooks", _drop_last, "has 10 cells where its source has 11"),
         ("notebooks", _change_tag, "differs in metadata"),
         ("notebooks", _change_id, "differs in id"),
         ("notebooks", _change_text, "differs in source"),

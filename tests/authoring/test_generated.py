@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 
 from course_lib.authoring.build import check_all
-from course_lib.authoring.generated import stale, write_generated
+from course_lib.authoring.generated import COUNTED, stale, write_generated
 from course_lib.authoring.lesson_files import WANTED, lacking
+from course_lib.authoring.minutes import counted
 from course_lib.authoring.tree import CourseError, Tree
 
 GOOD = Path(__file__).parent / "fixtures" / "tree"
@@ -31,10 +32,14 @@ def test_rows_are_written_and_the_text_around_them_is_left(tree: Tree) -> None:
     assert write_generated(tree) == [readme]
     text = readme.read_text(encoding="utf-8")
     assert text.startswith(HEAD) and text.endswith(FOOT)
+    lesson, lab = (counted(source.notebook, tree) for source in tree.sources())
+    assert lesson != lab
     assert text[len(HEAD) : -len(FOOT)].splitlines() == [
         "| Lesson | What you can do after it | Lesson, minutes | Lab, minutes |",
         "|---|---|---|---|",
-        "| [01 Tiny](notebooks/01_tiny.ipynb) | know what a pixel is | 5 | 20 |",
+        f"| [01 Tiny](notebooks/01_tiny.ipynb) | know what a pixel is | {lesson} | {lab} |",
+        "",
+        COUNTED,
     ]
     assert write_generated(tree) == [] and stale(tree) == []
 

@@ -58,7 +58,8 @@ def test_stub_of_a_mend_task_holds_the_wrong_code() -> None:
         exercise_source(MENDED, 3, "mend")
         == f"""def half(x):
     # half of it
-    raise NotImplementedError("Task 3: mend")  {MEND}
+    {MEND}
+    raise NotImplementedError("Task 3: mend")
     for _ in range(2):
         x = x * 2
 

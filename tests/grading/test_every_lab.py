@@ -89,7 +89,8 @@ def test_misconceptions_are_named_in_the_record(lab, i, here):
 
 
 def test_chance_without_a_seed_is_told():
-    source = "def thin_out(points, count):\n    return np.random.default_rng().choice(len(points), count, replace=False)\n"
+    drawn = "np.random.default_rng().choice(len(points), count, replace=False)"
+    source = f"def thin_out(points, count):\n    return {drawn}\n"
     record = graded("04", submission("04", {5: source}), **PATIENT)
     found = record["tasks"][4]
     assert "Asked twice with the same input, it answered differently" in found["error"]

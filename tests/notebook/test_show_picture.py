@@ -25,10 +25,21 @@ def test_a_figure_becomes_a_palette_png_and_is_closed():
     assert not plt.fignum_exists(fig.number)
     image = Image.open(io.BytesIO(made.png))
     assert image.format == "PNG" and image.mode == "P" and len(made.png) < 40_000
-    data, about = made._repr_mimebundle_()
-    assert data == {"image/png": made.png, "text/plain": "A parabola up to 4"}
-    assert about == {"image/png": {"alt": "A parabola up to 4", "width": made.width}}
+    assert repr(made) == made.alt == "A parabola up to 4"
     assert 300 < made.width <= 500 and made.pixels.shape[1] >= 1.8 * made.width
+
+
+def test_a_cell_shows_a_picture_and_below_it_a_folded_line_that_says_it_in_words(monkeypatch):
+    shown = []
+    monkeypatch.setattr("IPython.display.display", lambda data, **how: shown.append((data, how.get("metadata"))))
+    fig, _ = plot()
+    made = picture(fig, alt="1 parabola < 4 & up")
+    made._ipython_display_()
+    (data, about), (words, _) = shown
+    assert data == {"image/png": made.png, "text/plain": "1 parabola < 4 & up"}
+    assert about == {"image/png": {"alt": "1 parabola < 4 & up", "width": made.width}}
+    assert list(words) == ["text/html"]  # its plain text was said already
+    assert words["text/html"].endswith("<summary>In words</summary>1 parabola &lt; 4 &amp; up</details>")
 
 
 def test_the_first_digit_rule():
