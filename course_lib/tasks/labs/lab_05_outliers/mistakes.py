@@ -140,12 +140,11 @@ MORE_CUT_MISTAKES = (
 
 _GIVEN_MISTAKES = {
     "itself": (".sum(axis=1) - 1", ".sum(axis=1)",
-               "one neighbour more asked for than `least`: the point itself is not among the others, so none is taken "
-               "off the count, and at least means >="),
+               "one neighbour too many asked for: none of the others is the point itself, so take none off, and use >="),
     "squared": ("squared <= radius)", "squared <= radius ** 2)",
-                "a squared distance compared with a radius: square the radius, too"),
+                "a squared distance compared with a radius: square that, too"),
     "exchanged": ("count < least", "count >= least",
-                  "True for the points that should go, with few neighbours: the mask says what is kept"),
+                  "True for the points that should go, with few neighbours"),
 }  # fmt: skip
 
 
