@@ -140,7 +140,7 @@ MORE_CUT_MISTAKES = (
 
 _GIVEN_MISTAKES = {
     "itself": (".sum(axis=1) - 1", ".sum(axis=1)",
-               "one neighbour too many asked for: none of the others is the point itself, so take none off, and use >="),
+               "one neighbour too many asked for: none of the others is the point itself, so take none off and use >="),
     "squared": ("squared <= radius)", "squared <= radius ** 2)",
                 "a squared distance compared with a radius: square that, too"),
     "exchanged": ("count < least", "count >= least",
