@@ -48,14 +48,34 @@ def desk_views(parts, title, alt):
         axes[1].scatter(z, -y, **style)
     axes[0].set(aspect="equal", xticks=[], yticks=[],
                 title="as the camera sees it")
-    axes[1].set(aspect="equal", xlim=(0.4, 1.95), ylim=(-0.75, 0.75),
+    axes[1].set(aspect="equal", xlim=(0.4, 2.15), ylim=(-0.85, 0.85),
                 title="from the side", xlabel="z (m)", ylabel="up (m)")
-    axes[0].legend(loc="upper center", bbox_to_anchor=(0.5, -0.02), ncols=3,
-                   markerscale=4, fontsize=9)
+    fig.legend(*axes[0].get_legend_handles_labels(), ncols=3, markerscale=4,
+               loc="outside lower center")
     fig.suptitle(title, fontweight="bold")
     counts = ", ".join(f"{name} {int(np.sum(which)):,}"
                        for name, (which, _) in parts.items())
     return picture(fig, alt=f"{alt} Points: {counts}.")
+
+
+columns = ["filter", "removed", "precision", "recall", "F1", "flying",
+           "reflections", "noise", "surface kept", "thin kept"]
+
+
+def line(name, keep, kinds=kinds):
+    """A table's row: what was removed, which kinds, what is left; in %."""
+    gone = [np.mean(~keep[kinds == kind])
+            for kind in (FLYING, REFLECTION, NOISE)]
+    left = [np.mean(keep[kinds == kind]) for kind in (SURFACE, THIN)]
+    shares = [*score(keep, kinds), *gone, *left]
+    return [name, int(np.sum(~keep)), *(100 * share for share in shares)]
+
+
+def by_open3d(points, nb_neighbors, std_ratio):
+    """What Open3D's statistical filter keeps, as a mask (N,)."""
+    seen = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points))
+    kept = seen.remove_statistical_outlier(nb_neighbors, std_ratio)[1]
+    return np.isin(np.arange(len(points)), kept)
 
 
 desk_views(
@@ -116,27 +136,6 @@ def score(keep, kinds):
 # wrong, and both wrong ones are found.
 ten = np.array([SURFACE] * 8 + [NOISE] * 2)
 assert score(np.arange(10) < 5, ten)[:2] == (2 / 5, 1)
-
-# %% tags=["hide-input"]
-columns = ["filter", "removed", "precision", "recall", "F1", "flying",
-           "reflections", "noise", "surface kept", "thin kept"]
-
-
-def line(name, keep, kinds=kinds):
-    """A table's row: what was removed, which kinds, what is left; in %."""
-    gone = [np.mean(~keep[kinds == kind])
-            for kind in (FLYING, REFLECTION, NOISE)]
-    left = [np.mean(keep[kinds == kind]) for kind in (SURFACE, THIN)]
-    shares = [*score(keep, kinds), *gone, *left]
-    return [name, int(np.sum(~keep)), *(100 * share for share in shares)]
-
-
-def by_open3d(points, nb_neighbors, std_ratio):
-    """What Open3D's statistical filter keeps, as a mask (N,)."""
-    seen = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points))
-    kept = seen.remove_statistical_outlier(nb_neighbors, std_ratio)[1]
-    return np.isin(np.arange(len(points)), kept)
-
 
 report_table(
     [[names[kind], int(np.sum(kinds == kind)), 100 * np.mean(kinds == kind)]
@@ -232,7 +231,7 @@ for ratio, place in places.items():
     axes[0].text(place, 0.98, f" ratio\n {ratio:g}", va="top", fontsize=8,
                  transform=axes[0].get_xaxis_transform())
 axes[0].legend(fontsize=7, loc="upper right")
-axes[1].stairs(true + wrong, bins, color="black", lw=1.6)
+axes[1].hist(1000 * mean, bins, histtype="step", color="black", lw=1.6)
 axes[1].annotate("the slope bends\ninto a shelf",
                  (cut, (true + wrong)[np.argmax(wrong > true)]),
                  (40, 3000),
@@ -305,13 +304,9 @@ def count_within(points, radius):
 assert count_within(five, 2.0).tolist() == [1, 2, 1, 1, 1]
 radius = 0.02
 count = count_within(points, radius)
-
-# %% tags=["hide-input"]
 seen = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points))
 theirs = seen.remove_radius_outlier(nb_points=8, radius=radius)[1]
 assert np.array_equal(np.flatnonzero(count >= 8), theirs)
-report("points with 8 neighbours and more, the same by us and Open3D",
-       len(theirs))
 
 # %% [markdown]
 # Open3D counts the point itself here, too (9 for 8), but asks for *more than* `nb_points`: the two differences cancel.
@@ -666,9 +661,6 @@ for name, length in lengths.items():  # both for reach and for threshold
                  100 * np.mean(lonely), 100 * np.mean(~masks[name])])
 report_table(rows, columns=["reach and threshold", "mm", "small clusters (%)",
                             "too lonely (%)", "removed (%)"], digits=2)
-
-# %% tags=["real-data", "hide-input"]
-# real data: tum_pair
 show.panels(
     {name: [{"kept": (real[keep], "surface"),
              "removed": (real[~keep], "outlier")}]

@@ -55,7 +55,7 @@ def _by_kind(keep: np.ndarray, kinds: np.ndarray) -> str:
     return f"Left in: {', '.join(left[2:])}. Wrongly removed: {', '.join(removed[:2])}."
 
 
-_ALIKE = np.array([0.01, 0.12, 0.15, 0.2, 0.07])  # shares by kind: two masks that differ less made the same mistake
+_ALIKE = np.array([0.01, 0.12, 0.06, 0.2, 0.04])  # shares by kind: two masks that differ less made the same mistake
 
 
 def clean_distance(case: Case, a: Plain, b: Plain) -> float:
@@ -178,8 +178,8 @@ CLEAN_MISTAKES = (
         "distances in pixels alone",
         "distances in pixels, and nothing else: strays and most flying pixels go, but the reflection is as dense as a "
         "true surface; it is an island, so ask how many points hang together",
-        _clean("    return distances(at, 8) < 3\n"),
-        variants=(_medians(8, 2, _IN_PIXELS),),
+        _clean("    return distances(at, 8) < 3.5\n"),
+        variants=(_medians(8, 2.4, _IN_PIXELS),),
     ),
     Misconception(
         "true islands thrown away",
@@ -199,7 +199,7 @@ CLEAN_MISTAKES = (
         "a reach longer than the gaps: flying pixels and the reflection are reached from what is true, and stay; it "
         "must be longer than the spacing and shorter than the gap",
         _islands(9, 300),
-        variants=(_islands(7, 300), _islands(12, 300)),
+        variants=(_islands(7, 300),),
     ),
     Misconception(
         "reach too small",
@@ -225,11 +225,7 @@ CLEAN_MISTAKES = (
         "a mask that keeps every point: nothing was removed. Is a reach in pixels used on metres, or on directions "
         "that lack depth or the focal length?",
         _clean("    return np.ones(len(points), bool)\n"),
-        variants=(
-            _islands(4, 300, "points"),
-            _islands(4, 300, "points / points[:, 2:] * 110"),
-            _islands(4, 300, _IN_PIXELS.replace(" * 110", "")),
-        ),
+        variants=(_islands(4, 300, "points / points[:, 2:] * 110"),),
     ),
     Misconception(
         "everything removed",
