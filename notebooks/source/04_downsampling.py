@@ -70,6 +70,9 @@ show.panels(small, frame="world", view="front", color="height", columns=4,
 # downsampling keeps one point for each voxel that holds any. The usual one to keep is the **centroid**: the mean of the points in
 # the voxel.
 #
+# `np.unique(index, axis=0, return_inverse=True, return_counts=True)` does the work: it returns the cubes that occur, for each point which of them it
+# lies in, and how many points each holds. Of three points in the cubes 0, 2 and 0 it makes cubes 0 and 2, which 0, 1, 0, and counts 2, 1.
+#
 # Which cube does a point lie in? Count how many whole voxels lie between the origin of the grid and the point, and round *down*.
 
 # %%
@@ -117,6 +120,7 @@ half_voxel_guess = predict(
     "animal keep?", guess=None, unit="times")
 
 # %% tags=["hide-input", "prediction"]
+# The answer: run this after your guess.
 fine, coarse = (len(voxel_grid(points, size)[0]) for size in (0.005, 0.01))
 half_voxel_guess.answer(
     fine / coarse, digits=2,
@@ -255,7 +259,11 @@ picture(fig, alt="Against the voxel, from 1 to 50 mm: points kept fall from "
 # What is lost is about a third of the voxel. What is false grows with its *square* while a cube holds several points and is small against the
 # body, here from 5 to about 20 mm: an arc of radius R rises above a chord of length s by about s²/8R, and a cube cuts chords of about its own
 # size. In larger cubes lie whole pieces of the body, and no such formula holds. The points measured here lie exactly on the
-# surface, so those nearest to the centre are not false at all (the last assert). Below the spacing of the points (about a millimetre) nothing is gained.
+# surface, so those nearest to the centre are not false at all (the last assert). Below the spacing of the points (about a millimetre) a
+# smaller voxel saves no points: each is alone in its cube.
+#
+# A voxel grid is not the only way to have fewer points: *farthest-point sampling* always puts the next point into the widest gap, however dense
+# the cloud is there ("Going further" compares them).
 #
 # So the **rule for the voxel** has two parts. Stay *below the thinnest thing to keep*, or its two sides become one; below 0.58 of it (1/√3: a cube is √3 times its edge
 # across) if it may lie in any direction. And start from an error
@@ -290,8 +298,8 @@ report("lost", 1000 * metrics.nearest_distances(points, kept).mean(), "mm",
 # (c), as long as there are points enough. (b) is for surfaces, (a) for a wire. The exponent is the dimension of the thing.
 # </details>
 #
-# This lesson's row of the error budget is "voxel grid": a voxel of 10 mm in the living room, where most surfaces are flat. Its effect is
-# the false part of centroids of exact points about 1.5 m away:
+# This lesson's row of the error budget (the sum of what each lesson finds) is "voxel grid": a voxel of 10 mm in the living room. Its effect is
+# the false part of centroids of exact points about 1.5 m away, and small beside the animal's in the table, because most of a room is flat:
 
 # %%
 room = data.load("living_room")
@@ -313,10 +321,10 @@ show.error_budget({"downsampling": (10, false_mm)})
 # spread along the surface and hardly across it. So: in which direction do they spread least?
 #
 # Take a point's $k$ nearest neighbours, and of each its offset $d$ from *their mean*. Along a direction $n$ of length 1 the offset is
-# $d \cdot n$, and its mean square is the spread that we ask for. It is $n^\top C n$ with the 3×3 matrix $C = \frac1k \sum d\,d^\top$, the
+# $d \cdot n$, and its mean square is what we make smallest. It is $n^\top C n$ with the 3×3 matrix $C = \frac1k \sum d\,d^\top$, the
 # **covariance** of the neighbours. With the offsets as the rows of an array, that sum is one product: `offsets.T @ offsets / k`.
 #
-# The **eigenvectors** of $C$ are three directions at right angles, and each eigenvalue is the mean square spread along its own. No direction
+# The **eigenvectors** of $C$ are three directions at right angles, and each eigenvalue is the mean square along its own; its root, in metres, is the *spread*. No direction
 # has less spread than the eigenvector of the smallest eigenvalue, so that one is the normal. `np.linalg.eigh` sorts the eigenvalues
 # ascending and puts the eigenvectors into the *columns* of its matrix: the normal is column 0.
 
@@ -509,13 +517,13 @@ picture(fig, alt="A table with things on it as the camera sees it, each point "
 # ## 5 What a point's surroundings look like: FPFH
 #
 # To find the same place in two scans, coordinates do not help: the scans lie differently. **FPFH** (fast point feature histogram)
-# describes a point by *angles*. Draw the line from it to a neighbour, and ask:
+# describes a point by *angles*. Draw the line between it and a neighbour, beginning at the one whose normal lies nearer to the line, and ask:
 #
 # - *bend*: by which angle does the neighbour's normal lean forwards (+) or back (−) along the line, −180° to 180°?
 # - *twist*: how far does it lean to one side of the line or the other (as a cosine, −1 to 1)?
 # - *rise*: how far does the line rise above (+) or fall below (−) the surface at the point (the cosine between line and normal)?
 #
-# (Of the two points, the line begins at the one whose normal lies nearer to the line.) Each is counted in eleven bins over all neighbours,
+# Each is counted in eleven bins over all neighbours,
 # and the neighbours' own histograms are added, near ones with more weight: 33 numbers. Open3D's bins of each angle add up to 200, so
 # half of them is a percentage. We look at three points whose surroundings you know.
 
@@ -637,11 +645,11 @@ report_table(rows, columns=["voxel (mm)", "noise left, luckiest origin (mm)",
              title="2 mm of noise on the sheet, none at the edge; 100 origins")
 
 # %% [markdown]
-# The report has one word for three things. While the voxel is not much thicker than the noise, the sheet falls into layers, and a stray
-# point alone in its cube counts as much as a full cube: the noise *stays or grows*. A voxel ten times as thick averages, but only
-# where no face of the grid cuts through the sheet, and the table says how rarely that is. At every size the edge is rounded off,
-# where there was no noise at all. So a voxel grid is no noise filter, and noise is no reason to choose a voxel: the rule of section 2
-# is. Now the function as a whole:
+# "Noise reduction" is three things. With small voxels the sheet falls into layers, and a stray point alone in its cube counts as much as a
+# full cube: the noise *stays or grows*. With voxels of ten or twenty times the noise it *averages by luck*: well where no face of the grid
+# cuts through the sheet, and the fourth column counts for how many origins; beforehand you cannot know. And *edges are rounded off* by every
+# voxel, where there was no noise at all, and most by those that average well. So a voxel grid is no noise filter, and noise is no reason to
+# choose a voxel: the rule of section 2 is. Now the function as a whole:
 
 # %%
 rows = []
@@ -674,7 +682,7 @@ report_table(rows, columns=["voxel (mm)", "points",
 # | Report 6.2: "noise reduction" | no filter: it averages flat parts only if one cube holds the noise, which the origin decides; small voxels make it grow; edges are rounded off | first table above |
 # | Report 6.3: `preprocess_point_cloud` | radii in multiples of the voxel are good practice; 0.05 makes "local" features of the whole cloud; normals lack a sign | second table above, section 4 |
 # | Report 6.3: normals give "orientation and curvature" | orientation up to the sign; curvature is another number (λ₀/Σλ) | sections 3 and 4 |
-# | A paper on mapping from a UAV, IV: "leaf" 0.2 (PCL's name for the voxel), "preserving essential features" | what is thinner than the voxel is not preserved: 0.2 m keeps walls and loses branches and wires | Break it |
+# | A paper on mapping from a UAV, IV: "leaf" 0.2 (PCL's name for the voxel), "preserving essential features" | what is thinner than the voxel keeps its points and loses its thickness, or melts into what stands beside it: 0.2 m keeps walls, not the form of branches and wires | Break it |
 # | UAV IV: downsampling first, then outliers | an outlier gets a vote in a centroid, or a cube of its own that counts as much as a full one; leave out cubes with few points | section 1; task 2 of the lab |
 
 # %% [markdown]
@@ -744,18 +752,10 @@ for low, high in ((0.5, 1.5), (1.5, 2.5), (2.5, 3.5)):
     rows.append([f"{low:g} to {high:g}", *part, part[0] / part[1]])
 report_table(rows, columns=["depth (m)", "points", "kept, voxel 20 mm",
                             "points a cube"], digits=2)
-drawn = {f"{name}, 4,000 of {len(p):,}": p[np.random.default_rng(0).choice(
-            len(p), 4000, replace=False)] for name,
-         p in (("as measured", desk[desk[:, 2] < 3.5]),
-               ("voxel 20 mm", thin[thin[:, 2] < 3.5]))}
-show.panels(drawn, frame="camera", view="top", color="depth", size=2,
-            alt="Equally many points of a real desk from above, before and "
-            "after. Before, near things are dense; after, the density is "
-            "more even. Both times far things lie in stripes.")
 
 # %% [markdown]
-# A camera spends its points on what is near. A voxel grid makes the density even, which is what later steps (outliers, planes, ICP) like
-# best. The stripes are steps of the depth sensor: far away it knows only a few depths, and between them there is nothing to keep.
+# A camera spends its points on what is near: there a cube holds several times as many. One point a cube makes the density even, which is what
+# later steps (outliers, planes, ICP) like best.
 #
 # ## Key points
 #
@@ -781,7 +781,7 @@ show.panels(drawn, frame="camera", view="top", color="depth", size=2,
 #
 # ## To the lab
 #
-# Lab 04 has you write the voxel grid, mend somebody's normals and thin a cloud without tearing holes: `python3 course.py start 04`.
+# Lab 04 has you write the voxel grid, mend somebody's normals and thin a cloud without tearing holes: [open lab 04](../exercises/04_downsampling.ipynb).
 #
 # ## Going further
 #
@@ -800,8 +800,8 @@ report_table(
     columns=["way", "points", "lost, mean (mm)", "widest gap (mm)"], digits=2)
 
 # %% [markdown]
-# Both cost next to nothing. Random keeps the density as it was. "Uniform" counts along the list, not in space: it is as good or bad as the order
-# of the list. Farthest-point sampling always puts the next point into the widest gap; it covers best, costs time in
+# Random and every k-th cost next to nothing. Random keeps the density as it was. Every k-th counts along the list, not in space: it is as good
+# or bad as the order of the list. Farthest-point sampling always puts the next point into the widest gap; it covers best, costs time in
 # proportion to points times samples, and takes outliers first.
 #
 # - What the library's voxel grid and normals cost beside Open3D's, and how both grow: [benchmarks](../docs/benchmarks.md).

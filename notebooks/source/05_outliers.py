@@ -198,6 +198,7 @@ share_guess = predict(
     guess=None, unit="%")
 
 # %% tags=["hide-input", "prediction"]
+# The answer: run this after your guess.
 share_guess.answer(
     100 * score(by_open3d(points, 20, 2.0), kinds)[1], digits=2,
     why="A few far strays make the standard deviation large, and the "
@@ -317,6 +318,7 @@ growth_guess = predict(
     "neighbours. And a point of the cable and rod?", guess=None, unit="times")
 
 # %% tags=["hide-input", "prediction"]
+# The answer: run this after your guess.
 double = count_within(points, 2 * radius)
 times_as_many = double / np.maximum(count, 1)
 growth = {kind: np.median(times_as_many[kinds == kind])
@@ -698,7 +700,7 @@ show.panels(
 # ## To the lab
 #
 # Lab 05 has you cut where a lost point has its price, measure distances in pixels, mend somebody's filter by a second view, tell five spoiled desks apart, and clean a desk in
-# a room so deep that no one length fits: `python3 course.py start 05`.
+# a room so deep that no one length fits: [open lab 05](../exercises/05_outliers.ipynb).
 #
 # ## Going further
 #

@@ -17,7 +17,7 @@
 # where it says `raise NotImplementedError`, run the cell, then run the check below it. The check says by how much you are
 # off. Try again and it says what the mistake looks like, then where to read.
 #
-# Everything you need stands in lesson 04. You may use NumPy. Clouds are `(N, 3)` arrays in metres.
+# Everything you need stands in [lesson 04](../notebooks/04_downsampling.ipynb). You may use NumPy. Clouds are `(N, 3)` arrays in metres.
 
 # %%
 from course_lib.notebook import check, data, picture, report, report_table, show
@@ -295,15 +295,15 @@ check("04-4", causes)
 # - returns: (count,) whole numbers, all different: the indices of the points to keep
 #
 # The **widest gap** is the largest distance from any point of the cloud to the nearest kept one. You are scored by the *worst* of seven
-# scenes that nobody has seen; the check shows the worst of three. Under 430 mm earns 1 point, under 256 mm 2, under 250 mm 3, under
-# 245 mm all 4. A voxel grid alone, its voxel chosen to fit `count`, does not get below 256 in all seven.
+# scenes that nobody has seen; the check shows the worst of three. Under 430 mm earns 1 point, under 256 mm 2, under 248 mm 3, under
+# 240 mm all 4. A voxel grid alone, its voxel chosen to fit `count`, does not get below 256 in all seven.
 #
 # <details><summary>Hint 1: idea</summary>A voxel grid keeps as many points of far things as of near ones, but where its gaps lie is luck.
 # What if the next point is always put where the widest gap is?</details>
 # <details><summary>Hint 2: formula</summary>Keep for each point its distance to the nearest chosen one. The next to choose is the point where
-# this is largest. Then update: the smaller of the old distance and that to the new point.</details>
-# <details><summary>Hint 3: call</summary><code>np.linalg.norm(points - points[i], axis=1)</code>, <code>np.argmax</code>,
-# <code>np.minimum</code></details>
+# this is largest. How does the distance change when a point is chosen?</details>
+# <details><summary>Hint 3: call</summary><code>np.argmax</code> finds the point; <code>np.minimum</code> of the old distances and
+# <code>np.linalg.norm(points - points[i], axis=1)</code></details>
 
 
 # %% tags=["task"]

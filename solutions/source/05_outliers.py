@@ -17,7 +17,7 @@
 # where it says `raise NotImplementedError`, run the cell, then run the check below it. The check says what is off and by how much. Try again
 # and it says what the mistake looks like, then where to read.
 #
-# Everything you need stands in lesson 05, but never as it stood there: a mistake has a price, a camera leaves holes, a second view comes, the room is
+# Everything you need stands in [lesson 05](../notebooks/05_outliers.ipynb), but never as it stood there: a mistake has a price, a camera leaves holes, a second view comes, the room is
 # deep. Points are `(N, 3)` arrays in metres, in the camera's frame: x right, y down, z forward. A mask `keep` is `(N,)`, True where a point
 # stays. You may use NumPy and SciPy's trees; the filters you write yourself.
 #

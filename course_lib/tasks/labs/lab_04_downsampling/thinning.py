@@ -13,7 +13,7 @@ from course_lib.tasks.wording import array_problem, quantity
 COUNT = 150
 
 
-_GAP_BANDS = ((0.245, 1.0), (0.250, 0.75), (0.256, 0.5), (0.430, 0.25))
+_GAP_BANDS = ((0.240, 1.0), (0.248, 0.75), (0.256, 0.5), (0.430, 0.25))
 """Metres: the widest gap. The farthest points come to 0.21 to 0.23, a voxel grid alone to 0.225 to 0.33."""
 
 
