@@ -1,8 +1,8 @@
 """Commit to a number before you see it, in two cells: one asks, the folded one below it tells how far you were off.
 
-    corner = predict("How far away is the corner of the wall?", guess=None, unit="m")    # what everybody reads
+corner = predict("How far away is the corner of the wall?", guess=None, unit="m")    # what everybody reads
 
-    corner.answer(string[0, 0], why="…", digits=4)    # tagged hide-input and prediction: code and output are folded
+corner.answer(string[0, 0], why="…", digits=4)    # tagged hide-input and prediction: code and output are folded
 """
 
 from __future__ import annotations

@@ -70,6 +70,9 @@ def not_numbers(answer: Plain, what: str, form: str) -> str:
         try:
             values = np.asarray(answer)
         except ValueError:
+            if any(isinstance(one, np.ndarray) for one in answer):  # a return with commas in it
+                parts = " and ".join(describe(one) for one in answer[:3])
+                return f"{len(answer)} things came back together, {parts}: return {what} alone."
             return f"Expected {form} for {what}, got a list whose rows differ in length."
         return "" if values.dtype.kind in "biuf" else expected(form, answer, what)
     return expected(form, answer, what)

@@ -13,7 +13,7 @@
 # %% [markdown]
 # # Lab 03 From depth to points
 #
-# Six tasks, about 60 minutes. Each starts from given inputs, so a task that you leave open blocks nothing. Write your code
+# Six tasks, about 50 minutes. Each starts from given inputs, so a task that you leave open blocks nothing. Write your code
 # where it says `raise NotImplementedError`, run the cell, then run the check below it. The check says by how much you are
 # off, and in which axis. Try again and it says what the mistake looks like, then where to read.
 #
@@ -24,11 +24,14 @@
 # %%
 from course_lib.notebook import check, data, picture, report_table, show
 
+from dataclasses import replace
+
 import matplotlib.pyplot as plt
 import numpy as np
 
 room = data.load("living_room")
-frame, depth, camera = room.frames[15], room.truth["depth"][15], room.camera
+frame = replace(room.frames[15], depth=room.truth["depth"][15])  # without noise
+drawn = data.of_lab("03")  # what the pictures of tasks 3 and 4 show
 
 # %% [markdown]
 # ## Task 1 — focal length from the field of view (1 point)
@@ -53,9 +56,12 @@ fig, axis = plt.subplots(figsize=(6, 2.8), layout="constrained")
 axis.plot(angles, f, color=show.COLOURS["target"])
 axis.plot([90], [320], "o", color=show.COLOURS["outlier"])
 axis.annotate("90 degrees: 320", (90, 320), (93, 400))
-axis.set(xlabel="field of view (degrees)", ylabel="f (pixels)", title="Expected, for 640 pixels")
-picture(fig, alt=f"The expected focal length of a 640 pixel wide image falls from {f[-1]:.0f} pixels at "
-                 f"{angles[-1]:.0f} degrees through 320 at 90 degrees to {f[0]:.0f} at {angles[0]:.0f} degrees.")
+axis.set(xlabel="field of view (degrees)", ylabel="f (pixels)",
+         title="Expected, for 640 pixels")
+picture(fig, alt="The expected focal length of a 640 pixel wide image falls "
+                 f"from {f[-1]:.0f} pixels at {angles[-1]:.0f} degrees "
+                 f"through 320 at 90 degrees to {f[0]:.0f} at {angles[0]:.0f} "
+                 "degrees.")
 
 
 # %% tags=["task"]
@@ -71,39 +77,49 @@ def focal_length(fov_degrees, pixels):
 check("03-1", focal_length)
 
 # %% [markdown]
-# ## Task 2 — deproject a depth image (3 points)
+# ## Task 2 — deproject a window of ranges (3 points)
 #
-# Lift every pixel to a point. The picture shows what becomes of a frame of the simulated room.
+# A time-of-flight camera measures the **range**: how long the ray to each point is, not its z. To save time it sends a window of
+# its image only. Lift every pixel of the window to a point.
 #
-# - `depth`: (H, W) float, metres, 0 where nothing was measured
-# - `fx`, `fy`: focal lengths for columns and rows, in pixels; they differ
-# - `cx`, `cy`: the principal point, in pixels; it need not be in the middle
+# - `ranges`: (H, W) float, metres along the ray, 0 where nothing came back
+# - `fx`, `fy`, `cx`, `cy`: the intrinsics of the full image, in pixels; fx and fy differ
+# - `left`, `top`: the window's first pixel is column `left`, row `top` of the full image
 # - returns: (H, W, 3) float, metres, camera frame; NaN in all three where nothing was measured
 #
-# <details><summary>Hint 1: idea</summary>Each pixel has a column u, a row v and a depth z. The depth is one of the three
-# coordinates already.</details>
-# <details><summary>Hint 2: formula</summary>x = (u − cx) · z / fx and y = (v − cy) · z / fy</details>
-# <details><summary>Hint 3: call</summary><code>v, u = np.indices(depth.shape)</code> gives the row and column of every pixel;
-# <code>np.where(depth &gt; 0, depth, np.nan)</code>; <code>np.stack([x, y, z], axis=-1)</code></details>
+# For example, with fx = 4, cx = cy = 0, left = 3 and top = 0, a range of 2.5 in the first pixel is the point (1.5, 0, 2).
+#
+# <details><summary>Hint 1: idea</summary>At which column and row of the full image does each pixel lie? Give its ray a z of 1: how
+# long is it then?</details>
+# <details><summary>Hint 2: formula</summary>With a = (u + left − cx) / fx and b = (v + top − cy) / fy the ray (a, b, 1) has the length
+# √(1 + a² + b²). A range is z times that.</details>
+# <details><summary>Hint 3: call</summary><code>v, u = np.indices(ranges.shape)</code> gives the row and column of every pixel;
+# <code>np.where(ranges &gt; 0, ranges, np.nan)</code>; <code>np.stack([…], axis=-1)</code></details>
 
 # %% tags=["expected", "hide-input"]
-show(frame, view="iso", title="Expected: a frame of the room as points",
-     alt="The table, the back wall with its posters and the bookshelf as a cloud, from above at an angle.")
+window = np.zeros_like(frame.depth)
+window[60:360, 200:560] = frame.depth[60:360, 200:560]
+show.panels({"the full image, as points": frame,
+             "expected of a window of it": replace(frame, depth=window)},
+            view="iso",
+            alt="Left the room as a cloud, from above at an angle. Right "
+                "what a window of the image shows of it, at the same place: "
+                "the bookshelf, and parts of the back wall and of the table.")
 
 
 # %% tags=["task"]
-def deproject(depth, fx, fy, cx, cy):
-    """Points (H, W, 3) in metres of a depth image (H, W) in metres; NaN where it is 0."""
+def deproject(ranges, fx, fy, cx, cy, left, top):
+    """Points (H, W, 3) in metres of a window of ranges (H, W); NaN where 0."""
     # BEGIN SOLUTION
-    # the row v and the column u of every pixel
-    v, u = np.indices(depth.shape)
+    # columns and rows are counted in the full image
+    v, u = np.indices(ranges.shape)
+    a = (u + left - cx) / fx
+    b = (v + top - cy) / fy
     # no data must not become a point
-    z = np.where(depth > 0, depth, np.nan)
-    # equations 7 and 8: columns give x, rows give y
-    x = (u - cx) * z / fx
-    y = (v - cy) * z / fy
-    # put the three together along a new last axis
-    return np.stack([x, y, z], axis=-1)
+    r = np.where(ranges > 0, ranges, np.nan)
+    # from the length of the ray to its z; x and y follow
+    z = r / np.sqrt(1 + a**2 + b**2)
+    return np.stack([a * z, b * z, z], axis=-1)
     # END SOLUTION
 
 
@@ -127,26 +143,17 @@ check("03-2", deproject)
 # <details><summary>Hint 3: call</summary><code>keep = depth &gt; 0</code></details>
 
 # %% tags=["expected", "hide-input"]
-stored = np.round(depth * 1500).astype(np.uint16)  # this recording has 1500 steps a metre
-
-
-def lifted(z, keep, signs):
-    v, u = np.nonzero(keep)
-    rays = np.stack([(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, np.ones(len(u))], axis=1)
-    return z[keep][:, None] * rays * signs, frame.color[keep]
-
-
-given = stored / 1000
-show.panels({"given": lifted(given, (given > 0) & (given < 3), [1, -1, -1]), "expected": lifted(depth, depth > 0, 1)},
+show.panels({"given": (drawn["given_points"] / 1000, drawn["given_colors"]),
+             "expected": frame},
             frame="camera", view="iso",
-            alt="Given: part of a table and a rug on their heads, without the walls, too large. Expected: the room.")
+            alt="Given: part of a table and a rug on their heads, without "
+                "the walls, too large. Expected: the room.")
 
 
 # %% tags=["task"]
 def cloud_from_raw(raw, color, units_per_metre, camera_matrix):
-    """Points (N, 3) in metres and colours (N, 3) of the measured pixels of a stored frame, row by row."""
+    """Points (N, 3) in metres and colours (N, 3) of the measured pixels."""
     # BEGIN SOLUTION
-    # three lines hold a number or a sign that belongs to somebody else's camera or viewer
     depth = raw / units_per_metre
     keep = depth > 0
     v, u = np.nonzero(keep)
@@ -162,7 +169,7 @@ def cloud_from_raw(raw, color, units_per_metre, camera_matrix):
     #| z = depth[v, u]
     #| x = (u - camera_matrix[0, 2]) * z / camera_matrix[0, 0]
     #| y = (v - camera_matrix[1, 2]) * z / camera_matrix[1, 1]
-    #| points = np.stack([x, -y, -z], axis=1)  # otherwise my viewer shows it on its head
+    #| points = np.stack([x, -y, -z], axis=1)
     #| return {"points": points, "colors": color[keep]}
     # END SOLUTION
 
@@ -179,12 +186,14 @@ tum = data.load("tum_pair")
 real_color, real_raw = tum.raw(0)
 try:
     cloud = cloud_from_raw(real_raw, real_color, 5000, tum.camera.matrix)
-    near = cloud["points"][:, 2] < 3.5  # only for the picture: what lies far behind would make the desk small
-    if near.sum() > 1000:
-        display(show((cloud["points"][near], cloud["colors"][near]), views=["front", "side"], frame="camera",
+    desk = cloud["points"][:, 2] < 3.5  # drawn alone, or it would be small
+    if desk.sum() > 1000:
+        display(show((cloud["points"][desk], cloud["colors"][desk]),
+                     views=["front", "side"], frame="camera",
                      title="Your cloud of the TUM desk"))
     else:
-        print(f"{len(cloud['points'])} points are left of {np.count_nonzero(real_raw):,} measured pixels.")
+        print(f"{len(cloud['points'])} points are left of "
+              f"{np.count_nonzero(real_raw):,} measured pixels.")
 except NotImplementedError as todo:
     print(todo)
 
@@ -204,24 +213,14 @@ except NotImplementedError as todo:
 # <details><summary>Hint 3: call</summary>Return <code>{"A": "…", "B": "…", …}</code> with the letters A to F.</details>
 
 # %% tags=["expected", "hide-input"]
-v, u = np.indices(depth.shape)
-a, b = (u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy
-z = np.where(depth > 0, depth, np.nan)
-right = np.stack([a * z, b * z, z], axis=-1)
-makers = [
-    lambda: right * [camera.fx / 525, camera.fy / 525, 1],
-    lambda: right / 5,
-    lambda: right / np.sqrt(1 + a**2 + b**2)[..., None],
-    lambda: np.stack([(v - camera.cx) / camera.fx * z, (u - camera.cy) / camera.fy * z, z], axis=-1),
-    lambda: np.where(z[..., None] < 3, right, np.nan),
-    lambda: right * [1, -1, -1],
-]
-order = np.random.default_rng(2270).permutation(6)
-clouds = {letter: makers[i]() for letter, i in zip("ABCDEF", order, strict=True)}
-fig, axes = plt.subplots(2, 3, figsize=(7.5, 8.2), sharex=True, sharey=True, layout="constrained")
-for axis, (letter, points) in zip(axes.ravel(), clouds.items(), strict=True):
-    axis.plot(right[60, :, 0], right[60, :, 2], ".", ms=5, color=show.COLOURS["reference"], label="right")
-    axis.plot(points[60, :, 0], points[60, :, 2], ".", ms=2, color=show.COLOURS["outlier"], label="spoiled")
+right, *spoiled = drawn["rows"]
+fig, axes = plt.subplots(2, 3, figsize=(7.5, 6.4), sharex=True, sharey=True,
+                         layout="constrained")
+for axis, letter, points in zip(axes.ravel(), "ABCDEF", spoiled, strict=True):
+    axis.plot(right[:, 0], right[:, 2], ".", ms=5, label="right",
+              color=show.COLOURS["reference"])
+    axis.plot(points[:, 0], points[:, 2], ".", ms=2, label="spoiled",
+              color=show.COLOURS["outlier"])
     axis.plot([0], [0], "^", color=show.COLOURS["truth"], ms=8, label="camera")
     axis.set(title=letter, aspect="equal")
 for axis in axes[1]:
@@ -229,16 +228,20 @@ for axis in axes[1]:
 for axis in axes[:, 0]:
     axis.set_ylabel("z (m)")
 axes[0, 0].legend(loc="lower left", fontsize=9)
-picture(fig, alt="Row 60 of six spoiled clouds from above, over the right one. " + " ".join(
-    f"{letter}: from x = {np.nanmin(points[60, :, 0]):.2f} to {np.nanmax(points[60, :, 0]):.2f} m, "
-    f"z from {np.nanmin(points[60, :, 2]):.2f} to {np.nanmax(points[60, :, 2]):.2f} m."
-    for letter, points in clouds.items()))
+picture(fig, alt="Row 60 of six spoiled clouds from above, over the right "
+                 "one. "
+        + " ".join(
+    f"{letter}: from x = {np.nanmin(x):.2f} to {np.nanmax(x):.2f} m, "
+    f"z from {np.nanmin(z):.2f} to {np.nanmax(z):.2f} m."
+    for letter, (x, _, z) in zip("ABCDEF", np.moveaxis(spoiled, -1, 1),
+                                 strict=True)))
 
 # %% tags=["expected", "hide-input"]
-lines = [[letter, *(float(np.nanmax(points[..., k]) - np.nanmin(points[..., k])) for k in range(3)),
-          float(np.nanmedian(points[..., 2])), int(np.isfinite(points[..., 2]).sum())]
-         for letter, points in {"right": right, **clouds}.items()]
-report_table(lines, columns=["cloud", "width (m)", "height (m)", "depth (m)", "median z (m)", "points"])
+report_table([[name, *map(float, measures[:4]), int(measures[4])]
+              for name, measures in zip(["right", *"ABCDEF"], drawn["measures"],
+                                        strict=True)],
+             columns=["cloud", "width (m)", "height (m)", "depth (m)",
+                      "median z (m)", "points"])
 
 
 # %% tags=["task"]
@@ -262,23 +265,24 @@ check("03-4", causes)
 # %% [markdown]
 # ## Task 5 — find the focal length yourself (4 points, open-ended)
 #
-# You found a depth camera without a data sheet. You laid forty things of known length before it, and marked the two end
+# You found a depth camera without a data sheet. You laid fifty things of known length before it, and marked the two end
 # pixels of each. The camera measured the depths of the ends, with noise. For about three things in ten, one end has the
 # depth of the background instead of its own. What is the focal length?
 #
 # - `pixels`: (N, 2, 2) float; thing, end, (u, v)
 # - `depths`: (N, 2) float, metres, of the two ends
 # - `lengths`: (N,) float, metres, by tape measure
-# - `cx`, `cy`: the principal point, pixels
+# - `cx`, `cy`: the principal point, pixels; this camera's lies well beside the middle of its image
 # - returns: f in pixels, the same for columns and rows
 #
 # The rule of Break it holds for lengths that lie across the image; these also slant in depth. And one thing alone may be nonsense.
 #
-# You are scored by 1000 mm × the relative error of your f, which is how far off a point 1 m beside the axis lands, as the median over five cameras: under
-# 40 mm earns 1 point, under 12 mm 2, under 8 mm 3, under 5 mm all 4.
+# You are scored by 1000 mm × the relative error of your f, which is how far off a point 1 m beside the axis lands: under
+# 40 mm earns 1 point, under 20 mm 2, under 14 mm 3, under 10 mm all 4. What counts is the **worst** of seven fresh cameras; the
+# check below shows three.
 #
-# <details><summary>Hint 1: idea</summary>Each thing alone gives you one estimate of f. Some of the forty are nonsense. What do you
-# do with forty estimates of which some are nonsense?</details>
+# <details><summary>Hint 1: idea</summary>Each thing alone gives you one estimate of f. Some of the fifty are nonsense. What do you
+# do with fifty estimates of which some are nonsense?</details>
 # <details><summary>Hint 2: formula</summary>With X = (u − cx) · z and Y = (v − cy) · z at both ends:
 # length² = (ΔX² + ΔY²) / f² + Δz². Solve for f.</details>
 # <details><summary>Hint 3: call</summary><code>np.hypot</code>, <code>np.nanmedian</code>; where length² − Δz² is not positive, the
@@ -316,9 +320,11 @@ def explain():
     """Your explanation, at most 60 words."""
     # BEGIN SOLUTION
     return (
-        "A wrong f multiplies x and y of every point by the same factor and leaves z alone. So the picture "
-        "from the front is the right one, only magnified, and flat walls stay flat. Measure something of known "
-        "length that lies across the image, such as a table's width: it is wrong by exactly that factor."
+        "A wrong f multiplies x and y of every point by the same factor and "
+        "leaves z alone. So the picture from the front is the right one, only "
+        "magnified, and flat walls stay flat. Measure something of known "
+        "length that lies across the image, such as a table's width: it is "
+        "wrong by exactly that factor."
     )
     # END SOLUTION
 

@@ -84,6 +84,8 @@ FILES = {
 }
 REFUSED = ("only_x_y.ply", "only_red.ply", "face_of_two_vertices.ply", "7x3_but_101_points.pcd")
 OR_REFUSED = ("float_xy_double_z.ply", "colours_float.ply", "colours_int.ply", "capital_X_Y_Z.ply", "labels_float.ply")
+
+
 def must_be_right(path: Path) -> None:
     """Read one of FILES as a learner does and compare it with what was written."""
     name = path.name

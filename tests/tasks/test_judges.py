@@ -88,6 +88,7 @@ def test_array_tolerance_of_its_own_for_each_element() -> None:
         (None, "got None: is the return missing?"),
         ("x", "Expected a (12, 3) array for the answer, got the text 'x'."),
         ([[1, 2], [3]], "rows differ in length"),
+        ([np.zeros((2, 3)), np.zeros(2)], "2 things came back together, a (2, 3) float64 array and"),
         ({"a": 1}, "got a dict with 1 entry"),
         (_off((3, 1), np.nan), "NaN in 1 of 36 places where a number is expected (first at [3, 1])"),
         (_off((3, 1), -np.inf), "infinite in 1 of 36 places"),

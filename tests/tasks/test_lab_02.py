@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import runpy
 import struct
 from pathlib import Path
 
@@ -12,12 +13,15 @@ import pytest
 from lesson_helpers import functions_in, functions_of
 
 from course_lib import tasks
+from course_lib.authoring.lab_pictures import alike, stored_pictures
 from course_lib.cloud import pointcloud
 from course_lib.geometry import transforms
+from course_lib.tasks.diagnosis.recognition import load_source
 from course_lib.tasks.sources import forbidden
 
 ROOT = Path(__file__).parents[2]
 LAB = ROOT / "solutions" / "source" / "02_point_clouds.py"
+PICTURES = LAB.parent / "pictures" / LAB.name
 
 
 @pytest.fixture(scope="module")
@@ -146,10 +150,10 @@ def test_the_missing_of_the_real_kinect_cloud_is_mostly_its_border():
 
 
 def test_the_labs_reader_may_unpack_with_struct():
-    def read_points(data, height, width, point_step, row_step, x_offset, big_endian):
-        letters = ">3f" if big_endian else "<3f"
-        starts = [v * row_step + u * point_step + x_offset for v in range(height) for u in range(width)]
-        return np.array([struct.unpack_from(letters, data, start) for start in starts])
+    def read_points(data, height, width, point_step, row_step, offsets, big_endian):
+        letter = ">f" if big_endian else "<f"
+        starts = [v * row_step + u * point_step for v in range(height) for u in range(width)]
+        return np.array([[struct.unpack_from(letter, data, start + at)[0] for at in offsets] for start in starts])
 
     task = tasks.get("02-2")
     cases = tasks.fresh(task, 0)
@@ -157,11 +161,45 @@ def test_the_labs_reader_may_unpack_with_struct():
     assert tasks.judge_all(task, cases, tasks.run_all(read_points, cases)).score == 1
 
 
-def test_the_unmended_inverse_earns_nothing(lesson):
+def test_any_inverse_may_be_called_on_the_way_back():
+    def invert(T_world_robot, T_robot_cameras, points):
+        ways = [np.linalg.inv(T_world_robot @ T_robot_camera) for T_robot_camera in T_robot_cameras]
+        return np.array([points @ back[:3, :3].T + back[:3, 3] for back in ways])
+
     task = tasks.get("02-3")
     cases = tasks.fresh(task, 0)
-    for name, score in (("careless_invert", 0), ("invert", 1)):
-        assert tasks.judge_all(task, cases, tasks.run_all(lesson[name], cases)).score == score
+    assert forbidden(task, invert) == ""
+    assert tasks.judge_all(task, cases, tasks.run_all(invert, cases)).score == 1
+
+
+def test_points_that_are_overwritten_are_wrong_for_the_next_camera():
+    def invert(T_world_robot, T_robot_cameras, points):
+        seen = []
+        for T_robot_camera in T_robot_cameras:
+            T = T_world_robot @ T_robot_camera
+            points -= T[:3, 3]
+            seen.append(points @ T[:3, :3])
+        return np.array(seen)
+
+    task = tasks.get("02-3")
+    cases = tasks.fresh(task, 0)
+    result = tasks.judge_all(task, cases, tasks.run_all(invert, cases))
+    assert result.score == 0
+    assert [verdict.passed for verdict in result.verdicts] == [len(c.given["T_robot_cameras"]) == 1 for c in cases]
+    assert "input overwritten" in result.diagnosis.names and "moved on left in" in result.diagnosis.names
+
+
+def test_each_case_of_the_thinned_list_tells_what_it_is_there_for():
+    """Where the step divides the width one column too many shows, where it does not the lost last column."""
+    task = tasks.get("02-1")
+    sources = {mistake.name: mistake.source for mistake in task.misconceptions}
+    for case in tasks.fresh(task, 0):
+        divides = case.given["width"] % case.given["step"] == 0
+        lost, extra = (
+            task.judge(case, load_source(sources[name], "row_of")(**case.given)).passed
+            for name in ("the last column lost", "one column too many")
+        )
+        assert (lost, extra) == (divides, not divides)
 
 
 def test_the_labs_reader_reads_the_real_message():
@@ -175,24 +213,38 @@ def test_the_labs_reader_reads_the_real_message():
     read_points = functions_in(LAB, "read_points", np=np, struct=struct)["read_points"]
     xyz = read_points(
         np.frombuffer(message.data, np.uint8), message.height, message.width, message.point_step, message.row_step,
-        message.fields[0].offset, message.is_bigendian,
+        np.array([field.offset for field in message.fields[:3]]), message.is_bigendian,
     )  # fmt: skip
     assert np.array_equal(xyz, office.reshape(-1, 3).astype(float), equal_nan=True)
 
 
-def test_the_letters_of_task_4_are_those_of_its_picture():
-    """The lab shuffles its five clouds by a seed; the task's truth must name them in that order."""
-    source = LAB.read_text(encoding="utf-8")
-    lines = source.split("makers = [\n")[1].split("\n]")[0].split("\n")
-    marks = {
-        "shift first": "flat + first[:2, 2]", "inverse": "np.linalg.inv(first)", "order": "move(second, flat))",
-        "millimetres": "1000 * flat", "stride": "strided",
-    }  # fmt: skip
-    made = [next(cause for cause, mark in marks.items() if mark in line) for line in lines]
-    seed = int(re.search(r"default_rng\((\d+)\)\.permutation\(5\)", source)[1])
-    order = np.random.default_rng(seed).permutation(5)
+@pytest.fixture(scope="module")
+def shown() -> dict[str, np.ndarray]:
+    """What the lab's pictures are drawn from, as its maker makes it."""
+    return runpy.run_path(str(PICTURES))["arrays"]()
+
+
+def test_the_stored_pictures_are_those_of_their_maker(shown):
+    assert alike(stored_pictures("02"), shown)
+
+
+def test_the_letters_of_task_4_are_those_of_its_picture(shown):
+    """What each letter shows, measured: the task's truth must name it."""
     truth = tasks.fresh(tasks.get("02-4"), 0)[0].truth
-    assert {letter: made[i] for letter, i in zip("ABCDE", order, strict=True)} == truth
+    for letter, cause in truth.items():
+        grey, moved = (shown[f"{name}_{letter}"].astype(float) for name in ("right", "wrong"))
+        a, b = ((points - points.mean(axis=0)) @ [1, 1j] for points in (grey, moved))
+        best = np.vdot(a, b) / np.vdot(a, a)  # the turn and scale that bring grey nearest
+        rest = np.linalg.norm(b - best * a) / np.linalg.norm(b)
+        turn = np.degrees(np.angle(best))
+        assert (rest > 0.5) == (cause == "stride")
+        if cause != "stride":
+            assert abs(best) == pytest.approx(1000 if cause == "millimetres" else 1, rel=0.01)
+            assert turn == pytest.approx(-80 if cause == "inverse" else 0, abs=0.5)
+        if cause == "shift first":  # R t in the place of t
+            assert np.degrees(np.angle((moved - grey).mean(axis=0) @ [1, 1j])) == pytest.approx(110, abs=0.5)
+        alone = np.abs(grey - shown["right"]).max() < 1e-3
+        assert alone == (cause != "order"), "only there grey is moved by two poses"
 
 
 @pytest.mark.parametrize("answer", [np.zeros(60, int), np.arange(60) // 2])

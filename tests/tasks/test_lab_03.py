@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -12,12 +11,12 @@ import pytest
 from lesson_helpers import functions_of, lesson_source, load
 
 from course_lib import tasks
+from course_lib.authoring import solutions, stubs
 from course_lib.camera import pinhole
 from course_lib.geometry import transforms
+from course_lib.notebook import data
+from course_lib.tasks.diagnosis.recognition import load_source
 from course_lib.tasks.labs.lab_03_depth_to_points.mistakes import CAUSE_OF
-
-ROOT = Path(__file__).parents[2]
-LAB = ROOT / "solutions" / "source" / "03_depth_to_points.py"
 
 
 @pytest.fixture(scope="module")
@@ -146,8 +145,6 @@ def test_the_unregistered_recording_is_found_out(lesson):
 
 def test_the_stickers_of_break_it_lie_across_the_image(lesson):
     """In the lesson's frame both are measured, at nearly one depth, so one known length gives the focal length back."""
-    from course_lib.notebook import data
-
     room = data.load("living_room")
     number = int(re.search(r"room\.frames\[(\d+)\]", lesson_source("03").read_text(encoding="utf-8"))[1])
     frame, c = room.frames[number], room.camera
@@ -162,35 +159,61 @@ def test_the_stickers_of_break_it_lie_across_the_image(lesson):
     assert 525 * measured / 1.3 == pytest.approx(c.fx, rel=0.015)
 
 
-def test_the_letters_of_task_4_are_those_of_its_picture():
-    """The lab shuffles its six clouds by a seed; the task's truth must name them in that order."""
-    causes = [
-        "another camera's focal length",
-        "another camera's depth scale",
-        "z taken for range",
-        "rows for columns",
-        "cut off at 3 m",
-        "flip left in",
-    ]
-    seed = int(re.search(r"default_rng\((\d+)\)\.permutation\(6\)", LAB.read_text(encoding="utf-8"))[1])
-    order = np.random.default_rng(seed).permutation(6)
-    assert {letter: causes[i] for letter, i in zip("ABCDEF", order, strict=True)} == CAUSE_OF
+@pytest.mark.parametrize(
+    ("cause", "shown"),
+    [
+        ("cut off at 3 m", lambda now, true: now[4] < true[4]),
+        ("another camera's depth scale", lambda now, true: np.allclose(now[:4], true[:4] / 5)),
+        ("another camera's focal length", lambda now, true: now[1] < true[1] and np.allclose(now[2:], true[2:])),
+        ("rows for columns", lambda now, true: now[0] < now[1] and np.allclose(now[2:], true[2:])),
+        ("z taken for range", lambda now, true: 0.5 * true[3] < now[3] < true[3] and now[4] == true[4]),
+        ("flip left in", lambda now, true: np.allclose(now[:3], true[:3]) and np.isclose(now[3], -true[3])),
+    ],
+)
+def test_each_letter_of_task_4_shows_its_cause_and_no_other(cause, shown):
+    """Width, height, depth, median z and number of points, as the lab's table has them, tell the six apart."""
+    true, *measures = data.of_lab("03")["measures"]
+    fitting = [letter for letter, now in zip("ABCDEF", measures, strict=True) if shown(now, true)]
+    assert [CAUSE_OF[letter] for letter in fitting] == [cause]
 
 
-def test_the_median_reaches_the_highest_band_of_task_5():
-    """The reference earns full points on almost every drawing, a mean over all things less than half."""
-    task = tasks.get("03-5")
-    mean = {m.name: m for m in task.misconceptions}["mean of all"].source
-    full = 0
+def test_the_given_cloud_of_task_3_is_what_its_code_gives():
+    """On the lab's frame, stored with 1500 steps a metre; of every second row and column."""
+    stub = solutions.stub("03-3")
+    given = load_source(re.sub(rf"^ *{re.escape(stubs.MEND)}\n.*\n", "", stub, flags=re.M), "cloud_from_raw")
+    room = data.load("living_room")
+    raw = np.round(1500 * room.truth["depth"][15]).astype(np.uint16)
+    few = np.zeros_like(raw)
+    few[::2, ::2] = raw[::2, ::2]
+    answer = given(few, room.frames[15].color, 1500.0, room.camera.matrix)
+    drawn = data.of_lab("03")
+    assert np.abs(answer["points"] - drawn["given_points"] / 1000).max() < 1e-3
+    assert (answer["colors"] == drawn["given_colors"]).all()
+
+
+def test_the_lessons_deproject_fails_on_a_window_of_ranges(lesson):
+    """It is right only where both are undone before: the window, and the length of the ray."""
+    for case in tasks.get("03-2").public():
+        ranges, fx, fy, cx, cy, left, top = case.given.values()
+        v, u = np.indices(ranges.shape)
+        ray = np.linalg.norm(lesson["deproject"](np.ones(ranges.shape), fx, fy, cx - left, cy - top), axis=-1)
+        right = lesson["deproject"](ranges / ray, fx, fy, cx - left, cy - top)
+        assert np.nanmax(np.abs(right - case.truth)) < 1e-6
+        assert np.nanmax(np.abs(lesson["deproject"](ranges, fx, fy, cx, cy) - case.truth)) > 0.1
+        assert np.nanmax(np.abs(lesson["deproject"](ranges, fx, fy, cx - left, cy - top) - case.truth)) > 0.1
+
+
+def test_the_things_of_task_5_leave_no_naive_rule_a_chance():
+    """Nonsense lies at both ends of the list, and the principal point well beside the middle, to where things lean."""
     for seed in range(20):
-        cases = tasks.fresh(task, seed)
-        for name, source in (("median", mean.replace("np.nanmean", "np.nanmedian")), ("mean", mean)):
-            namespace: dict = {"np": np}
-            exec(source, namespace)
-            result = tasks.judge_all(task, cases, tasks.run_all(namespace["estimate_focal"], cases))
-            if name == "mean":
-                assert result.score < 0.5
-            else:
-                assert result.passed
-                full += result.score == 1
-    assert full >= 18
+        for case in tasks.fresh(tasks.get("03-5"), seed):
+            pixels, depths, lengths, cx, cy = case.given.values()
+            ends = (pixels - [cx, cy]) * depths[..., None]
+            with np.errstate(invalid="ignore"):
+                beside = np.sqrt(lengths**2 - (depths[:, 0] - depths[:, 1]) ** 2)
+            off = np.abs(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1) / beside / case.truth - 1)
+            nonsense = ~(off < 0.04)
+            assert nonsense.sum() >= 12 and nonsense[:10].sum() >= 5 and nonsense[-10:].sum() >= 4
+            assert np.abs([cx - 319.5, cy - 239.5]).min() > 20
+            toward = np.einsum("ij,j->i", pixels[:, 1] - pixels[:, 0], [cx - 319.5, cy - 239.5])
+            assert (np.sign(depths[:, 1] - depths[:, 0]) == np.sign(toward))[~nonsense].mean() > 0.9

@@ -76,8 +76,10 @@ def distance(task: Task, case: Case, a: Plain, b: Plain | Sampled) -> float:
         return 0.0
     if not comparable(a, b) or (isinstance(truth, dict) and not _same_form(b, truth)):
         return math.inf
-    if isinstance(truth, np.ndarray) and np.ndim(b) != truth.ndim:
-        return math.inf
+    if isinstance(truth, np.ndarray):
+        b = _as_array(b) if isinstance(b, list) else b
+        if not isinstance(b, (np.ndarray, int, float)) or np.ndim(b) != truth.ndim:  # two arrays in one answer
+            return math.inf
     if task.distance is not None:
         return float(task.distance(case, a, b))
     if "truth" not in case.hidden:

@@ -178,6 +178,13 @@ def _steps(tum: int, sun: int, realsense: int) -> str:
 
 ENCODING_MISTAKES = (
     Misconception(
+        "the lesson's own code",
+        "a division by the steps a metre and nothing more, as the lesson does it for its own file: SUN's bits come "
+        "rotated, and a RealSense also says no data by 65535",
+        _encoding(sun="raw", overflow="raw"),
+        variants=("def to_metres(raw, encoding):\n    return raw.astype(np.float32) / 1000\n",),
+    ),
+    Misconception(
         "TUM read as millimetres",
         "TUM's numbers divided by 1000: TUM stores 5000 steps a metre",
         _encoding(steps="1000"),

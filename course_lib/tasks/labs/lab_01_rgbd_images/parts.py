@@ -12,6 +12,8 @@ from course_lib.tasks.plain import Plain
 Found = tuple[str, str]
 MANY = 0.25
 """A kind of pixel is spoken of where it makes so large a share of the wrong ones."""
+OUTLINE = 0.08
+"""Of 1 / z, 1 / metres: neighbours that differ by more, 13 times task 5's noise, are on two sides of an outline."""
 
 
 def range_anatomy(case: Case, answer: Plain) -> Found | None:
@@ -149,6 +151,31 @@ def half_anatomy(case: Case, answer: Plain) -> Found | None:
     return None
 
 
+def _share(marked: np.ndarray, among: np.ndarray) -> float:
+    return float(marked[among].mean()) if among.any() else 0.0
+
+
+def half_refused(case: Case, answer: Plain) -> Found | None:
+    """Whether a small image was chosen along other axes, or where NaN came out of it: beside measured depths or not."""
+    depth, small = np.asarray(case.given["depth"]), np.asarray(answer)
+    h, w = depth.shape[0] // 2, depth.shape[1] // 2
+    if small.shape in ((2, 2), (h, 2), (w, 2), (h, w, 2), (h, 2, w)):
+        return "other axes", (
+            f"The answer's shape is {small.shape}: of the blocks' shape (h/2, 2, w/2, 2) other axes are gone than 1 "
+            "and 3, on which the four of a pixel stand."
+        )
+    if small.dtype.kind != "f" or small.shape != (h, w):
+        return None
+    measured = np.any([depth[i::2, j::2] > 0 for i in (0, 1) for j in (0, 1)], axis=0)
+    lost, left = int((np.isnan(small) & measured).sum()), int((np.isnan(small) & ~measured).sum())
+    if lost:
+        return "NaN beside measured ones", (
+            f"{lost:,} pixels are NaN though one of their four was measured: NaN wins over every number in max, min, "
+            "mean and median. It is no data, as 0 is."
+        )
+    return ("NaN for 0", f"{left:,} pixels are NaN where none of the four was measured: 0 is asked.") if left else None
+
+
 def flying_anatomy(case: Case, answer: Plain) -> Found | None:
     """Which kind of pixel is marked or missed: holes, the image's border, outlines, surfaces far away, flying ones."""
     depth, true, marked = np.asarray(case.given["depth"]), case.truth, np.asarray(answer, bool)
@@ -159,13 +186,15 @@ def flying_anatomy(case: Case, answer: Plain) -> Found | None:
     padded = np.pad(depth, 1)
     h, w = depth.shape
     around = np.stack([padded[i : i + h, j : j + w] for i in range(3) for j in range(3)])
-    jump = np.where(around > 0, np.abs(around - depth), 0).max(axis=0) > 0.3
+    gap = np.abs(1 / np.maximum(around, 0.1) - 1 / np.maximum(depth, 0.1))  # its noise is the same everywhere
+    jump = np.where(around > 0, gap, 0).max(axis=0) > OUTLINE
     border = np.ones(depth.shape, bool)
     border[1:-1, 1:-1] = False
     holes = depth == 0
-    middle = float(np.median(depth[~holes]))
-    far = extra & (depth > middle)
-    far &= far.sum() > 0.85 * extra.sum()  # half of all pixels lie so far
+    good = ~true & ~holes & ~border & ~jump
+    middle = float(depth.max() / 2)
+    far, close = good & (depth > middle), good & (depth <= middle)
+    noisy = far & marked & (_share(marked, close) < _share(marked, far) / 4)
     kinds = (
         ("holes marked too", extra & holes, "are holes: they were not measured, so ask for depth > 0 as well"),
         (
@@ -175,8 +204,9 @@ def flying_anatomy(case: Case, answer: Plain) -> Found | None:
         ),
         (
             "far ones marked",
-            far & ~border,
-            f"are good ones farther than {middle:.1f} m: noise grows with the depth squared, and so must the limit",
+            noisy,
+            f"are good ones on surfaces farther than {middle:.1f} m: noise grows with the depth squared, and so must "
+            "the limit",
         ),
         (
             "good ones beside outlines marked",
@@ -191,7 +221,7 @@ def flying_anatomy(case: Case, answer: Plain) -> Found | None:
         ),
     )
     for name, which, words in kinds:
-        if extra.sum() > missed.sum() / 2 and which.sum() > max(0.4 * extra.sum(), 0.1 * true.sum()):
+        if extra.sum() > missed.sum() / 2 and which.sum() > max(extra.sum() / 3, 0.1 * true.sum()):
             return name, f"{int(which.sum()):,} of the {int(marked.sum()):,} marked pixels {words}."
     if missed.sum() < 0.1 * true.sum():
         return None

@@ -11,7 +11,7 @@ from course_lib.tasks.core import Case, Task
 from course_lib.tasks.judges import judge_array
 from course_lib.tasks.kinds import in_words, which_cause
 from course_lib.tasks.labs.lab_01_rgbd_images import flying_pixels, resizing
-from course_lib.tasks.labs.lab_01_rgbd_images.causes import CAUSE_OF, SIGNS, WHICH_MISTAKES
+from course_lib.tasks.labs.lab_01_rgbd_images.causes import CAUSE_OF, SIGNS, which_mistakes
 from course_lib.tasks.labs.lab_01_rgbd_images.mistakes import ENCODING_MISTAKES, RANGE_MISTAKES
 from course_lib.tasks.labs.lab_01_rgbd_images.parts import encoding_anatomy, range_anatomy
 from course_lib.tasks.labs.lab_01_rgbd_images.wall import MILLIMETRE, wall_with_things
@@ -30,6 +30,8 @@ def _range_cases(rng: np.random.Generator) -> list[Case]:
         if not centred:
             cx, cy = float(cx + rng.uniform(4, 7)), float(cy - rng.uniform(3, 5))
         depth = wall_with_things(rng, height, width)
+        if not centred:
+            depth[:, :3] = rng.uniform(4.2, 6, (height, 3))  # a far end, where 16-bit floats have steps of 4 mm
         v, u = np.indices(depth.shape)
         rays = np.stack([(u - cx) / f, (v - cy) / f, np.ones(depth.shape)], axis=-1)
         truth = np.linalg.norm(rays * depth[..., None], axis=-1)
@@ -41,7 +43,7 @@ _TASK_1 = Task(
     id="01-1",
     title="From depth to range",
     points=1,
-    version=1,
+    version=2,
     kind="fill",
     signature="def range_from_depth(depth, f, cx, cy)",
     cases=_range_cases,
@@ -50,6 +52,7 @@ _TASK_1 = Task(
     anatomy=range_anatomy,
     hides=("course_lib.camera.pinhole.pixel_rays", "course_lib.camera.pinhole.deproject"),
     where="lesson 01, section 2 (depth is z, not range)",
+    repeats=True,
 )
 
 
@@ -92,9 +95,6 @@ _TASK_2 = Task(
 )
 
 
-# Task 3: half the size
-
-
 # Task 4: which mistake made this?
 
 _TASK_4 = which_cause(
@@ -102,9 +102,10 @@ _TASK_4 = which_cause(
     "Which mistake made this?",
     CAUSE_OF,
     "the five error images above",
-    WHICH_MISTAKES,
+    which_mistakes(CAUSE_OF),
     "lesson 01, sections 2 to 4 and Break it",
     signs=SIGNS,
+    version=2,
 )
 
 

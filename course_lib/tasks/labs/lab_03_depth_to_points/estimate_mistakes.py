@@ -50,6 +50,8 @@ ESTIMATE_MISTAKES = (
         variants=(
             _wrong_estimate("np.mean(f)", beside=f"np.sqrt(np.abs({_SLANT}))"),
             _wrong_estimate("np.sqrt(np.nanmean(f**2))"),
+            _wrong_estimate("np.exp(np.nanmean(np.log(f)))"),
+            _wrong_estimate("1 / np.nanmean(1 / f)"),
         ),
     ),
     Misconception(
@@ -178,10 +180,36 @@ ESTIMATE_MISTAKES = (
         variants=(_wrong_estimate("np.nanmean(f)", each="beside / across"),),
     ),
     Misconception(
-        "Break it's rule on slanted things",
-        "Break it's rule, which holds for lengths that lie across the image; yours also slant in depth: take Δz out "
-        "first",
+        "principal point from the size",
+        "the middle of a 640x480 image used as principal point: this camera's lies beside it, use cx and cy",
+        _wrong_estimate(x="(pixels[..., 0] - 319.5) * z", y="(pixels[..., 1] - 239.5) * z"),
+        variants=(
+            _wrong_estimate(x="(pixels[..., 0] - 320) * z", y="(pixels[..., 1] - 240) * z"),
+            _wrong_estimate("np.nanmean(f)", x="(pixels[..., 0] - 319.5) * z", y="(pixels[..., 1] - 239.5) * z"),
+        ),
+    ),
+    Misconception(
+        "rows for columns",
+        "cy subtracted from columns and cx from rows: the first number of a pixel is its column u, which belongs to cx",
+        _wrong_estimate(x="(pixels[..., 1] - cx) * z", y="(pixels[..., 0] - cy) * z"),
+    ),
+    Misconception(
+        "one or a few things alone",
+        "one thing, or the first few: some have the depth of the background, and nobody says which; use all of them",
+        _wrong_estimate("f[np.isfinite(f)][0]"),
+        variants=(_wrong_estimate("f[np.isfinite(f)][-1]"), _wrong_estimate("np.nanmean(f[:10])")),
+    ),
+    Misconception(
+        "the lesson's own code",
+        "Break it's rule, which holds for a length that lies across the image and was measured well: yours also slant "
+        "in depth, so take Δz out first, and some are nonsense",
         _break_it("np.median"),
-        variants=(_break_it("np.mean"), _break_it("np.median", 400), _break_it("np.median", 600)),
+        variants=(
+            _break_it("np.mean"),
+            _break_it("np.median", 400),
+            _break_it("np.median", 600),
+            _break_it("np.mean", 400),
+            _break_it("(lambda every: every[0])"),
+        ),
     ),
 )

@@ -55,7 +55,26 @@ _HALF_FLIPS = tuple(
     for left in ((), ("scale",), ("truncation",), ("scale", "truncation"))
 )
 
+_OWN_CODE = (
+    "def cloud_from_raw(raw, color, units_per_metre, camera_matrix):\n"
+    "    v, u = np.indices(raw.shape)\n"
+    "    z = np.where(raw > 0, raw, np.nan)\n"
+    "    x = (u - camera_matrix[0, 2]) * z / camera_matrix[0, 0]\n"
+    "    y = (v - camera_matrix[1, 2]) * z / camera_matrix[1, 1]\n"
+    "    return np.stack([x, y, z], axis=-1)\n"
+)
+
 MEND_MISTAKES = (
+    Misconception(
+        "the lesson's own code",
+        "the lesson's deproject as it stands: here steps are stored, not metres, and a cloud of the measured pixels "
+        "with their colours is asked for, not an image of points",
+        _OWN_CODE,
+        variants=(
+            _OWN_CODE.replace("raw, np.nan)", "raw / units_per_metre, np.nan)"),
+            _OWN_CODE.replace("raw, np.nan)", "raw / 1000, np.nan)"),
+        ),
+    ),
     *left_in(_GIVEN_MISTAKES, _wrong_cloud),
     *_HALF_FLIPS,
     Misconception(

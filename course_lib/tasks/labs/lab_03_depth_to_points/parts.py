@@ -16,10 +16,10 @@ NEAR = 2e-4  # metres
 
 def deproject_anatomy(case: Case, answer: Plain) -> Found | None:
     """Which part of an image of points is wrong: z first, then x, then y."""
-    depth, fx, fy, cx, cy = case.given.values()
-    v, u = np.nonzero(depth > 0)
+    image, fx, fy, cx, cy, left, top = case.given.values()
+    v, u = np.nonzero(image > 0)
     points = np.asarray(answer, float)[v, u]
-    return _of_points(points, case.truth[v, u], u, v, (fx, fy, cx, cy))
+    return _of_points(points, case.truth[v, u], u + left, v + top, (fx, fy, cx, cy))
 
 
 def cloud_anatomy(case: Case, answer: Plain) -> Found | None:

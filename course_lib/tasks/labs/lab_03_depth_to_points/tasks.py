@@ -13,7 +13,6 @@ import numpy as np
 from course_lib.tasks.core import Case, Task, Verdict
 from course_lib.tasks.judges import (
     judge_array,
-    judge_band,
     judge_number,
     refuse,
     worst_of,
@@ -34,6 +33,7 @@ from course_lib.tasks.labs.lab_03_depth_to_points.parts import (
     deproject_anatomy,
     focal_anatomy,
 )
+from course_lib.tasks.labs.lab_03_depth_to_points.rods import focal_distance, guess_focal, judge_focal, rods
 from course_lib.tasks.plain import Plain, describe
 
 # --------------------------------------------------------------------------------------------------- 1 focal length
@@ -58,7 +58,7 @@ def _focal_cases(rng: np.random.Generator) -> list[Case]:
 
 # ---------------------------------------------------------------------------------------------------- 2 deprojection
 
-_POINT_TOLERANCE = 2e-4  # metres
+POINT_TOLERANCE = 2e-4  # metres
 
 
 def _lift(depth: np.ndarray, fx: float, fy: float, cx: float, cy: float) -> np.ndarray:
@@ -72,7 +72,7 @@ def _lift(depth: np.ndarray, fx: float, fy: float, cx: float, cy: float) -> np.n
     return points
 
 
-def _surface(rng: np.random.Generator, height: int, width: int, near: float, far: float) -> np.ndarray:
+def surface(rng: np.random.Generator, height: int, width: int, near: float, far: float) -> np.ndarray:
     """(H, W) float64 depth in metres of a slanted wall with a nearer box in front of it; no holes."""
     v, u = np.indices((height, width))
     slant = (u / width) * rng.uniform(0.3, 0.6) + (v / height) * rng.uniform(0.2, 0.3)
@@ -82,27 +82,44 @@ def _surface(rng: np.random.Generator, height: int, width: int, near: float, far
     return depth
 
 
-def _with_holes(rng: np.random.Generator, depth: np.ndarray, share: float) -> np.ndarray:
+def with_holes(rng: np.random.Generator, depth: np.ndarray, share: float) -> np.ndarray:
     """The same image with `share` of its pixels set to 0, the first one among them."""
     holes = rng.random(depth.shape) < share
     holes.flat[0] = True
     return np.where(holes, 0, depth)
 
 
-def _deproject_case(depth: np.ndarray, camera: tuple[float, float, float, float], name: str) -> Case:
+def _window_case(z: np.ndarray, camera: tuple[float, float, float, float], left: int, top: int, name: str) -> Case:
+    """A window of ranges, in float32, of a depth image (H, W) whose first pixel is [top, left] of the full one."""
     fx, fy, cx, cy = camera
-    given = {"depth": depth.astype(np.float32), "fx": fx, "fy": fy, "cx": cx, "cy": cy}
-    return Case(given, {"truth": _lift(given["depth"], *camera)}, name)
+    rays = _lift(np.ones(z.shape), fx, fy, cx - left, cy - top)
+    length = np.linalg.norm(rays, axis=2)
+    ranges = (z * length).astype(np.float32)
+    points = np.where(ranges[..., None] > 0, rays * (ranges / length)[..., None], np.nan)
+    given = {"ranges": ranges, "fx": fx, "fy": fy, "cx": cx, "cy": cy, "left": left, "top": top}
+    return Case(given, {"truth": points}, name)
 
 
-def _deproject_cases(rng: np.random.Generator) -> list[Case]:
-    wide = tuple(rng.uniform((28, 38, 16, 12), (34, 44, 18, 13.5)).tolist())
-    tall = tuple(rng.uniform((55, 48, 9, 20), (60, 52, 10, 22)).tolist())
-    wall = np.full((3, 5), 2.0)
+def _window_cases(rng: np.random.Generator) -> list[Case]:
+    wide = tuple(rng.uniform((56, 66, 42, 34), (64, 74, 46, 38)).tolist())
+    tall = tuple(rng.uniform((55, 48, 30, 44), (60, 52, 34, 48)).tolist())
+    walls = np.array([[2.0, 0.0, 4.0]])
     return [
-        _deproject_case(wall, (4.0, 4.0, 2.0, 1.0), "a flat wall, to do in your head"),
-        _deproject_case(_surface(rng, 30, 40, 0.8, 3.5), wide, "a wide image without holes"),
-        _deproject_case(_with_holes(rng, _surface(rng, 36, 24, 0.6, 5.0), 0.2), tall, "a tall image with holes"),
+        _window_case(walls, (4.0, 4.0, 0.0, 0.0), 3, 0, "three pixels; the first is a triangle of 3, 4 and 5"),
+        _window_case(
+            surface(rng, 30, 40, 0.8, 3.5),
+            wide,
+            int(rng.integers(48, 54)),
+            int(rng.integers(5, 12)),
+            "a wide window right of the principal point, without holes",
+        ),
+        _window_case(
+            with_holes(rng, surface(rng, 36, 24, 0.6, 5.0), 0.2),
+            tall,
+            int(rng.integers(8, 14)),
+            int(rng.integers(24, 34)),
+            "a tall window with holes",
+        ),
     ]
 
 
@@ -114,7 +131,7 @@ def _raw_case(
 ) -> Case:
     """A stored depth image, its colours and its camera, in the form of a real recording."""
     height, width = shape
-    raw = np.rint(_with_holes(rng, _surface(rng, height, width, near, far), 0.15) * units).astype(np.uint16)
+    raw = np.rint(with_holes(rng, surface(rng, height, width, near, far), 0.15) * units).astype(np.uint16)
     color = rng.integers(0, 256, (height, width, 3)).astype(np.uint8)
     f = rng.uniform(0.8, 1.0) * width
     cx, cy = (width - 1) / 2 + rng.uniform(-1, 1), (height - 1) / 2 + rng.uniform(-1, 1)
@@ -140,7 +157,7 @@ def _judge_cloud(case: Case, answer: Plain) -> Verdict:
     if not isinstance(answer, dict) or set(answer) != {"points", "colors"}:
         got = f"a dict with {sorted(map(str, answer))}"[:120] if isinstance(answer, dict) else describe(answer)
         missing = ": is the return missing?" if answer is None else "."
-        return refuse(f"Expected {form}, got {got}{missing}", _POINT_TOLERANCE, "m")
+        return refuse(f"Expected {form}, got {got}{missing}", POINT_TOLERANCE, "m")
     points, truth = answer["points"], case.truth["points"]
     if isinstance(points, np.ndarray) and points.ndim == 2 and points.shape[1] == 3 and len(points) != len(truth):
         wrong = len(points) - len(truth)
@@ -149,60 +166,12 @@ def _judge_cloud(case: Case, answer: Plain) -> Verdict:
             if wrong > 0
             else (f"{-wrong:,} measured points are missing.")
         )
-        return refuse(f"{len(points):,} points for {len(truth):,} measured pixels: {what}", _POINT_TOLERANCE, "m")
+        return refuse(f"{len(points):,} points for {len(truth):,} measured pixels: {what}", POINT_TOLERANCE, "m")
     verdict = worst_of(
-        judge_array(points, truth, _POINT_TOLERANCE, "m", axes="xyz", what="the points"),
+        judge_array(points, truth, POINT_TOLERANCE, "m", axes="xyz", what="the points"),
         judge_array(answer["colors"], case.truth["colors"], 0.2, "of 255", what="the colours", kind="int"),
     )
     return replace(verdict, score=float(verdict.passed))
-
-
-# ------------------------------------------------------------------------------------------------------------ 5 open
-
-_FOCAL_BANDS = ((0.005, 1.0), (0.008, 0.75), (0.012, 0.5), (0.040, 0.25))  # metres, 1 m beside the axis
-
-
-def _rods(rng: np.random.Generator, count: int = 40) -> Case:
-    """Things of known length, each seen by its two end pixels and their measured depths.
-
-    Pixels have half a pixel of noise, depths 3 mm at 1 m (growing with the square of the depth); for three things in
-    ten, the depth of one end is that of the background.
-    """
-    f = float(rng.uniform(350, 900))
-    cx, cy = 319.5 + float(rng.uniform(-8, 8)), 239.5 + float(rng.uniform(-8, 8))
-    ends = np.empty((0, 2, 2))
-    while len(ends) < count:
-        more = rng.uniform((20, 20), (620, 460), (4 * count, 2, 2))
-        ends = np.concatenate([ends, more[np.linalg.norm(more[:, 0] - more[:, 1], axis=1) > 180]])[:count]
-    tilt = rng.uniform(0.08, 0.25, count) * rng.choice([-1.0, 1.0], count)
-    z = rng.uniform(0.7, 2.5, count)[:, None] * (1 + tilt[:, None] * np.array([-1.0, 1.0]))
-    points = np.concatenate([(ends - (cx, cy)) / f, np.ones((count, 2, 1))], axis=2) * z[..., None]
-    lengths = np.linalg.norm(points[:, 0] - points[:, 1], axis=1)
-    measured = z + 0.003 * z**2 * rng.standard_normal(z.shape)
-    missed = rng.permutation(count)[: round(0.3 * count)]
-    measured[missed, rng.integers(2, size=len(missed))] += rng.uniform(0.3, 1.5, len(missed))
-    pixels = ends + 0.5 * rng.standard_normal(ends.shape)
-    given = {"pixels": pixels, "depths": measured, "lengths": lengths, "cx": cx, "cy": cy}
-    return Case(given, {"truth": f}, f"{count} things of known length")
-
-
-def _judge_focal(case: Case, answer: Plain) -> Verdict:
-    what = "the error 1 m beside the axis"
-    number = judge_number(answer, case.truth, 1.0, "px", "the focal length")
-    if not np.isfinite(number.error):
-        return number
-    value = float(np.asarray(answer).reshape(()))
-    if value <= 0:
-        message = f"The focal length is {describe(value)}: expected a positive number of pixels."
-        return refuse(message, _FOCAL_BANDS[0][0], "m")
-    off = abs(case.truth / value - 1.0)
-    return judge_band(off, _FOCAL_BANDS, "m", what=what)
-
-
-def _guess_focal(rng: np.random.Generator):
-    """A function that says the same random focal length to everything."""
-    said = float(rng.uniform(300, 1000))
-    return lambda pixels, depths, lengths, cx, cy: said
 
 
 # -------------------------------------------------------------------------------------------------------------- all
@@ -220,20 +189,21 @@ TASKS = (
         misconceptions=FOCAL_MISTAKES,
         hides=("course_lib.camera.pinhole.focal_length",),
         where="lesson 03, section 2 (the focal length comes from the field of view)",
+        repeats=True,
     ),
     Task(
         id="03-2",
-        title="deproject a depth image",
+        title="deproject a window of ranges",
         points=3,
-        version=1,
+        version=2,
         kind="write",
-        signature="def deproject(depth, fx, fy, cx, cy)",
-        cases=_deproject_cases,
-        judge=lambda case, answer: judge_array(answer, case.truth, _POINT_TOLERANCE, "m", axes="xyz", what="the image"),
+        signature="def deproject(ranges, fx, fy, cx, cy, left, top)",
+        cases=_window_cases,
+        judge=lambda case, answer: judge_array(answer, case.truth, POINT_TOLERANCE, "m", axes="xyz", what="the image"),
         misconceptions=DEPROJECT_MISTAKES,
         anatomy=deproject_anatomy,
         hides=("course_lib.camera.pinhole.deproject",),
-        where="lesson 03, section 3 (from a pixel back to a point)",
+        where="lesson 03, section 3 (from a pixel back to a point) and section 4 (what goes wrong, in millimetres)",
     ),
     Task(
         id="03-3",
@@ -267,14 +237,15 @@ TASKS = (
         id="03-5",
         title="find the focal length yourself",
         points=4,
-        version=1,
+        version=2,
         kind="open",
         signature="def estimate_focal(pixels, depths, lengths, cx, cy)",
-        cases=lambda rng: [_rods(rng)],
-        judge=_judge_focal,
+        cases=lambda rng: [rods(rng)],
+        judge=judge_focal,
         misconceptions=ESTIMATE_MISTAKES,
+        distance=focal_distance,
         anatomy=focal_anatomy,
-        guess=_guess_focal,
+        guess=guess_focal,
         where="lesson 03, Break it, for the idea, then this task's hints, for what slants in depth",
     ),
     in_words(

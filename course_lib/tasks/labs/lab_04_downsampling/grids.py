@@ -215,6 +215,17 @@ GRID_MISTAKES = (
         _wrong_grid(result="last[full] / count[full][:, None]"),
     ),
     Misconception(
+        "the lesson's own code",
+        "the lesson's voxel_grid as it stands: here cubes that hold fewer than `least` points are left out, and the "
+        "centroids come back alone, without the counts",
+        "def voxel_centroids(points, voxel, origin, least):\n"
+        "    index = np.floor((points - origin) / voxel).astype(int)\n"
+        "    cubes, which, count = np.unique(index, axis=0, return_inverse=True, return_counts=True)\n"
+        "    total = np.zeros((len(cubes), 3))\n"
+        "    np.add.at(total, which.ravel(), points)\n"
+        "    return total / count[:, None], count\n",
+    ),
+    Misconception(
         "counts returned as well",
         "the centroids and the counts in one answer: return the centroids alone",
         _wrong_grid(result="(total[full] / count[full][:, None], count[full])"),

@@ -140,6 +140,15 @@ NORMAL_MISTAKES = left_in(_GIVEN, _wrong_normal, _COMBINED) + (
         _wrong_normal().replace(f"normal @ {_GIVEN['sign'][1]} <", "normal[2] <"),
     ),
     Misconception(
+        "the lesson's own code",
+        "the lesson's normal_of as it stands, which returns the spreads as well and knows no viewpoint: return the "
+        "normal alone, turned towards it",
+        "def normal_of(neighbours, viewpoint):\n"
+        "    offsets = neighbours - neighbours.mean(axis=0)\n"
+        "    values, vectors = np.linalg.eigh(offsets.T @ offsets / len(neighbours))\n"
+        "    return vectors[:, 0], np.sqrt(np.maximum(values, 0))\n",
+    ),
+    Misconception(
         "direction to the viewpoint",
         "the direction to the sensor: it only decides between the normal's two sides",
         "def normal_of(neighbours, viewpoint):\n"

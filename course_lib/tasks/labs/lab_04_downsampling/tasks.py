@@ -39,12 +39,13 @@ def _index_cases(rng: np.random.Generator) -> list[Case]:
     hand = np.array([[0.9, 0.1, 0.0], [-0.1, 0.6, 1.2]])
     faces = np.array([[-0.5, 1.0, 0.5], [-1.5, -1.0, 0.0]])  # exact in binary
     room = rng.uniform(-2, 2, (40, 3))
-    far = rng.uniform(-3, 3, (40, 3)) + [50.0, -20.0, 4.0]
+    corner = np.array([300.1, -200.1, 100.1])  # of a map: so far out that 16-bit floats no longer tell cubes apart
+    far = rng.uniform(-3, 3, (40, 3)) + corner
     return [
         _index_case(hand, 0.5, np.zeros(3), "two points, to do in your head"),
         _index_case(faces, 0.5, np.zeros(3), "points on faces of cubes: a face belongs to the cube that begins there"),
         _index_case(room, 0.2, rng.uniform(0.3, 0.6, 3), "a room around the origin"),
-        _index_case(far, 0.25, rng.uniform(5, 9, 3), "a place far from the origin"),
+        _index_case(far, 0.25, corner + rng.uniform(-0.05, 0.05, 3), "a place far out on a map"),
     ]
 
 
@@ -90,11 +91,12 @@ def _grid_case(points: np.ndarray, voxel: float, origin: np.ndarray, least: int,
 def _grid_cases(rng: np.random.Generator) -> list[Case]:
     x_and_y = [[0.1, 0.1], [0.3, 0.1], [0.1, 0.3], [0.9, 0.1], [0.7, 0.3], [-0.1, 0.1]]
     hand = np.insert(np.array(x_and_y), 2, 0.1, axis=1)
-    far = _floor_and_table(rng, 400) + [4.0, -3.0, 1.0]
+    corner = np.array([300.1, -200.1, 100.1])  # 16-bit floats no longer tell its cubes apart
+    far = _floor_and_table(rng, 400) + corner
     return [
         _grid_case(hand, 0.5, np.zeros(3), 2, "six points in three cubes, to do in your head"),
         _grid_case(_floor_and_table(rng, 900), 0.2, rng.uniform(0.03, 0.07, 3), 4, "a floor and a table"),
-        _grid_case(far, 0.35, rng.uniform(0.1, 0.25, 3), 3, "the same, far away"),
+        _grid_case(far, 0.35, corner + rng.uniform(-0.04, 0.04, 3), 3, "the same, far out on a map"),
     ]
 
 
@@ -103,13 +105,15 @@ def _grid_cases(rng: np.random.Generator) -> list[Case]:
 _ANGLE_TOLERANCE = 0.2  # degrees
 
 
-def _patch(rng: np.random.Generator, centre: np.ndarray, normal: np.ndarray, count: int = 40) -> np.ndarray:
-    """(count, 3) points of a small piece of surface, 6 cm long, 3 cm wide, half a millimetre thick."""
+def _patch(
+    rng: np.random.Generator, centre: np.ndarray, normal: np.ndarray, count: int = 40, thick: float = 0.0005
+) -> np.ndarray:
+    """(count, 3) points of a small piece of surface, 6 cm long, 3 cm wide, up to so thick to either side, metres."""
     normal = normal / np.linalg.norm(normal)
     along = np.cross(normal, rng.standard_normal(3))
     along /= np.linalg.norm(along)
     axes = np.stack([along, np.cross(normal, along), normal])
-    return centre + rng.uniform(-1, 1, (count, 3)) * [0.03, 0.015, 0.0005] @ axes
+    return centre + rng.uniform(-1, 1, (count, 3)) * [0.03, 0.015, thick] @ axes
 
 
 def _normal(neighbours: np.ndarray, viewpoint: np.ndarray) -> np.ndarray:
@@ -138,10 +142,12 @@ def _normal_cases(rng: np.random.Generator) -> list[Case]:
             given = {"neighbours": neighbours, "viewpoint": viewpoint}
             cases.append(Case(given, {"truth": _normal(neighbours, viewpoint)}, f"{name}, seen from {side}"))
     centre, normal = np.array([1.0, 2.0, 0.7]), np.array([2.0, -1.0, 0.0]) + rng.uniform(-0.02, 0.02, 3)
-    neighbours = _patch(rng, centre, normal)
-    for factor, side in ((1.0, "one side"), (-1.0, "the other side")):
-        given = {"neighbours": neighbours, "viewpoint": centre + factor * normal}
-        cases.append(Case(given, {"truth": _normal(**given)}, f"an upright wall, seen from {side}"))
+    sides = ((1.0, "one side"), (-1.0, "the other side"))
+    for count, thick, of in ((40, 0.0005, ""), (5, 0.003, "five points of ")):
+        neighbours = _patch(rng, centre, normal, count, thick)
+        for factor, side in sides:
+            given = {"neighbours": neighbours, "viewpoint": centre + factor * normal}
+            cases.append(Case(given, {"truth": _normal(**given)}, f"{of}an upright wall, seen from {side}"))
     return cases
 
 
@@ -176,8 +182,9 @@ TASKS = (
         id="04-1",
         title="the cube of a point",
         points=1,
-        version=3,
+        version=4,
         kind="fill",
+        repeats=True,
         signature="def voxel_index(points, voxel, origin)",
         cases=_index_cases,
         judge=_judge_index,
@@ -190,7 +197,7 @@ TASKS = (
         id="04-2",
         title="a voxel grid",
         points=3,
-        version=2,
+        version=3,
         kind="write",
         signature="def voxel_centroids(points, voxel, origin, least)",
         cases=_grid_cases,
@@ -205,7 +212,7 @@ TASKS = (
         id="04-3",
         title="mend a normal",
         points=3,
-        version=2,
+        version=3,
         kind="mend",
         signature="def normal_of(neighbours, viewpoint)",
         cases=_normal_cases,
@@ -234,7 +241,7 @@ TASKS = (
         id="04-5",
         title="thin out without holes",
         points=4,
-        version=2,
+        version=3,
         kind="open",
         signature="def thin_out(points, count)",
         cases=lambda rng: [view(rng)],
