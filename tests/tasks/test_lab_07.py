@@ -14,7 +14,7 @@ from course_lib.registration import icp
 
 @pytest.fixture(scope="module")
 def lesson() -> dict:
-    names = "best_rigid icp_to_points normals_of step_to_planes tukey thinned"
+    names = "best_rigid icp_to_points normals_of rotation_by step_to_planes thinned"
     return functions_of("07", names, np=np, cKDTree=cKDTree, transforms=transforms)
 
 
