@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from old_forms.fit_mistakes_07 import FIT_MISTAKES
 
 from course_lib.geometry.transforms import apply, compose, invert
 from course_lib.tasks.core import Case, Task
 from course_lib.tasks.labs.lab_07_icp import tasks as now
+from course_lib.tasks.labs.lab_07_icp.marks import horn
 from course_lib.tasks.labs.lab_07_icp.two_scans import bumps, motion
 from course_lib.tasks.registry import get
+from old_forms.fit_mistakes_07 import FIT_MISTAKES
 
 
 def _moved_case(rng: np.random.Generator, points: np.ndarray, degrees: float, metres: float, name: str) -> Case:
@@ -27,7 +28,7 @@ def _fit_cases(rng: np.random.Generator) -> list[Case]:
         _moved_case(rng, far, rng.uniform(8, 25), 0.6, "a cloud two metres from the origin"),
     ]
     noisy = apply(motion(rng, rng.uniform(8, 25), 0.3), solid) + rng.normal(0, 0.02, solid.shape)
-    truth = now.horn(solid, noisy, np.ones(len(solid)))
+    truth = horn(solid, noisy, np.ones(len(solid)))
     cases.append(Case({"source": solid, "target": noisy}, {"truth": truth}, "pairs with 2 cm of noise"))
     plane = np.c_[rng.uniform(-1, 1, (30, 2)), np.zeros(30)] + [0.3, 0.2, 1.0]
     while True:  # of planar clouds, half need the guard: draw until this one does
@@ -55,7 +56,7 @@ def _scans_case(rng: np.random.Generator) -> Case:
     )
 
 
-_FIT = '''
+_FIT = """
 def best_rigid(source, target):
     mean_p, mean_q = source.mean(axis=0), target.mean(axis=0)
     U, _, Vt = np.linalg.svd((source - mean_p).T @ (target - mean_q))
@@ -63,8 +64,8 @@ def best_rigid(source, target):
     T = np.eye(4)
     T[:3, :3], T[:3, 3] = R, mean_q - R @ mean_p
     return T
-'''
-_REGISTER = '''
+"""
+_REGISTER = """
 def register(source, target, normals):
     T, tree = np.eye(4), cKDTree(target)
     for radius in (1.0, 0.3, 0.1, 0.05):
@@ -79,7 +80,7 @@ def register(source, target, normals):
             step[:3, :3], step[:3, 3] = turn(x[:3], np.degrees(np.linalg.norm(x[:3]))), x[3:]
             T = step @ T
     return T
-'''
+"""
 
 FORMS: tuple[tuple[Task, str], ...] = (
     (

@@ -1,5 +1,9 @@
 """No radius at all: every pair is weighed by its distance, against twice the median of all distances."""
 
+import numpy as np
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+
 
 def register(source, target, normals, start):
     T, tree = start.copy(), cKDTree(target)
@@ -13,9 +17,7 @@ def register(source, target, normals, start):
         A = np.c_[np.cross(p, n), n] * root[:, None]
         b = np.sum(n * (q - p), axis=1) * root
         x = np.linalg.solve(A.T @ A, A.T @ b)
-        angle = np.linalg.norm(x[:3])
         step = np.eye(4)
-        step[:3, :3] = turn(x[:3], np.degrees(angle)) if angle > 0 else np.eye(3)
-        step[:3, 3] = x[3:]
+        step[:3, :3], step[:3, 3] = Rotation.from_rotvec(x[:3]).as_matrix(), x[3:]
         T = step @ T
     return T

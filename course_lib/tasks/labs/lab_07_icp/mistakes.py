@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from course_lib.tasks.core import Misconception
 
-
 _SEEN = "~np.isnan(source + target).any(axis=1)"
 
 

@@ -81,9 +81,10 @@ def _of_T(case: Case, T: np.ndarray) -> str:
 _HOME, _NEAR, _STILL, _CREEPS = 0.012, 0.15, 0.003, 0.014
 """Metres over the surface: home; steps can still come home; a step that moves no farther rests, or creeps."""
 _TRY_ONE = (
-    "Try your step by itself on a floor that lies 10 cm too high (q on z = 0, n up): it must be −10 cm in z and no turn, "
-    "or a sign or a half of x is wrong. Then turn a bumpy target by 5°: the step must turn it back, or look at p × n, and "
-    "at degrees for turn(). Then two steps: the second starts from what the first has moved, and stands leftmost."
+    "Try your step by itself on a floor that lies 10 cm too high (q on z = 0, n up): it must be −10 cm in z and no "
+    "turn, or a sign or a half of x is wrong. Then turn a bumpy target by 5°: the step must turn it back, or look at "
+    "p × n, and at degrees for turn(). Then two steps: the second starts from what the first has moved, and stands "
+    "leftmost."
 )
 
 
@@ -138,8 +139,8 @@ def _where_it_rests(
     )
     if min(all_points, all_planes) < _STILL:
         return "all pairs pull", (
-            f"It ends {size} from home, where a step that keeps every pair rests: what stands above the ground, and what "
-            "one scan alone saw, pull. The radius must shrink, to a few spacings at the end."
+            f"It ends {size} from home, where a step that keeps every pair rests: what stands above the ground, and "
+            "what one scan alone saw, pull. The radius must shrink, to a few spacings at the end."
         )
     if off < _NEAR and apart(_refined(case, T), case.truth) < _HOME:
         return "not yet at the end", (

@@ -99,7 +99,7 @@ MEND_MISTAKES = (
     ),
     Misconception(
         "the lesson's own code",
-        "every pair kept, however far apart, as in the lesson's first loop: keep those within the radius, and count them",
+        "every pair kept, however far, as in the lesson's first loop: keep those within the radius, and count them",
         _wrong_step(reject="distance >= 0"),
     ),
     Misconception(
