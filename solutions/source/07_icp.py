@@ -305,7 +305,7 @@ def register(source, target, normals, start):
     # BEGIN SOLUTION
     T, tree = start.copy(), cKDTree(target)
     for radius in (1.5, 0.5, 0.2, 0.1, 0.05):
-        for _ in range(15):
+        for _ in range(10):
             moved = T[:3, 3] + source @ T[:3, :3].T
             distance, index = tree.query(moved)
             keep = distance <= radius

@@ -130,22 +130,22 @@ OPEN_MISTAKES = (
         "the lesson's own code",
         "every pair kept, and distances to points, as in the lesson's first loop: leaves and what has no partner pull",
         _wrong_register("points", "[np.inf]", 30),
-        variants=(_wrong_register("points", "[np.inf]", 100),),
+        variants=(_wrong_register("points", "[np.inf]", 60),),
     ),
     Misconception(
         "one large radius",
         "one radius, so large that leaves and what has no partner pull to the end: shrink it from coarse to fine",
-        _wrong_register(radii="[1.0]", steps=40),
-        variants=tuple(_wrong_register(radii=f"[{radius}]", steps=60) for radius in ("np.inf", 1.5, 0.7, 0.5)),
+        _wrong_register(radii="[1.0]", steps=30),
+        variants=tuple(_wrong_register(radii=f"[{radius}]", steps=30) for radius in ("np.inf", 1.5, 0.7, 0.5)),
     ),
     Misconception(
         "one small radius, or nothing kept",
         "the start itself: is a pair ever kept (begin with a radius as large as the scans are apart, look from where T "
         "has moved the source), and T replaced by step @ T",
-        _wrong_register(radii="[0.05]", steps=60),
+        _wrong_register(radii="[0.05]", steps=30),
         variants=(
-            _wrong_register("points", "[0.05]", 60),
-            *(_wrong_register(radii=f"[{radius}]", steps=60) for radius in (0.1, 0.15, 0.2)),
+            _wrong_register("points", "[0.05]", 30),
+            *(_wrong_register(radii=f"[{radius}]", steps=30) for radius in (0.1, 0.15, 0.2)),
             _wrong_register(seen="source"),
             "def register(source, target, normals, start):\n    return start\n",
         ),
