@@ -342,6 +342,7 @@ start_guess = predict(
     guess=None, unit="degrees")
 
 # %% tags=["hide-input", "prediction"]
+# The answer: run this after your guess.
 angles, offsets = np.arange(0, 181, 30), np.array([0, 0.05, 0.1, 0.2])
 few = surface[::5]
 
@@ -563,6 +564,7 @@ corridor_guess = predict(
     guess=None, unit="m")
 
 # %% tags=["hide-input", "prediction"]
+# The answer: run this after your guess.
 def corridor(n):
     """Points of a corridor along x, with 5 mm noise, and walls' normals."""
     x, s = rng.uniform(0, 20, n), rng.uniform(0, 1, n)

@@ -1,4 +1,4 @@
-"""The wrong answers of lab 06, as learner code: what each looks like, and what to do about it.
+"""The wrong answers of tasks 3 and 4 of lab 06, as learner code: what each looks like, and what to do about it.
 
 Each source is the plain solution with one thing wrong, built from parts, so that nothing else differs.
 """
@@ -7,110 +7,6 @@ from __future__ import annotations
 
 from course_lib.tasks.core import Misconception
 from course_lib.tasks.mistakes import left_in, mended, swapped
-
-
-def _wrong_tries(
-    good: str = "inlier_share**sample",
-    number: str = "np.log(1 - confidence) / np.log(1 - good)",
-    rounded: str = "np.ceil",
-) -> str:
-    return (
-        f"def tries_needed(inlier_share, sample, confidence):\n    good = {good}\n    return int({rounded}({number}))\n"
-    )
-
-
-TRIES_MISTAKES = (
-    Misconception(
-        "w for w to the power of the sample",
-        "one good point taken for a good sample: all points of a sample must be inliers at once, so raise the share to "
-        "the power of their number",
-        _wrong_tries("inlier_share"),
-    ),
-    Misconception(
-        "outlier share",
-        "the share of outliers taken for that of inliers: a sample is good when all its points are inliers",
-        _wrong_tries("(1 - inlier_share) ** sample"),
-    ),
-    Misconception(
-        "confidence for failure",
-        "the logarithm of the confidence: what may be at most 1 - p is the chance that every sample is bad",
-        _wrong_tries(number="np.log(confidence) / np.log(1 - good)"),
-    ),
-    Misconception(
-        "rounded down",
-        "a number of tries rounded down, which stays just below the confidence: round up",
-        _wrong_tries(rounded="np.floor"),
-    ),
-    Misconception(
-        "tries on average",
-        "the number of tries until the first good sample on average, without any confidence in it: use both logarithms",
-        _wrong_tries(number="1 / good"),
-        variants=(_wrong_tries(number="1 / good", rounded="round"),),
-    ),
-    Misconception(
-        "always three points",
-        "samples of three points whatever was asked: use the size of the sample that you are given",
-        _wrong_tries("inlier_share**3"),
-    ),
-    Misconception(
-        "always 0.99",
-        "a confidence of 0.99 whatever was asked: use the confidence that you are given",
-        _wrong_tries(number="np.log(0.01) / np.log(1 - good)"),
-    ),
-    Misconception(
-        "not rounded",
-        "a number of tries with a fraction: nobody draws half a sample, so round up",
-        _wrong_tries(rounded="").replace("int(", "float("),
-    ),
-    Misconception(
-        "rounded to the nearest",
-        "a number of tries rounded to the nearest, which may stay just below the confidence: round up",
-        _wrong_tries(rounded="round"),
-    ),
-    Misconception(
-        "good for bad samples",
-        "the logarithm of the chance of a good sample: a sample is bad with probability 1 minus that",
-        _wrong_tries(number="np.log(1 - confidence) / np.log(good)"),
-    ),
-    Misconception(
-        "power of the logarithm",
-        "the power taken of the logarithm: w to the power of the sample stands inside it, log(1 - w**sample)",
-        _wrong_tries(number="np.log(1 - confidence) / np.log(1 - inlier_share) ** sample"),
-        variants=(_wrong_tries(number="np.log(1 - confidence) / abs(np.log(1 - inlier_share)) ** sample"),),
-    ),
-    Misconception(
-        "power outside the bracket",
-        "(1 - w)**sample, a sample of outliers only: one bad point spoils a sample already, with chance 1 - w**sample",
-        _wrong_tries(number="np.log(1 - confidence) / np.log((1 - inlier_share) ** sample)"),
-    ),
-    Misconception(
-        "times for power",
-        "w times the size of the sample: chances that must all come true are multiplied, w**sample",
-        _wrong_tries("inlier_share * sample", "np.log(1 - confidence) / np.log(abs(1 - good))"),
-    ),
-    Misconception(
-        "logarithm of the quotient",
-        "the logarithm of a quotient, where the quotient of two logarithms is asked",
-        _wrong_tries(number="np.log((1 - confidence) / (1 - good))"),
-        variants=(_wrong_tries(number="abs(np.log((1 - confidence) / (1 - good)))"),),
-    ),
-    Misconception(
-        "one try always",
-        "one try whatever was asked: is the quotient upside down, or were the logarithms forgotten",
-        _wrong_tries(number="np.log(1 - good) / np.log(1 - confidence)"),
-    ),
-    Misconception(
-        "tries and confidence exchanged",
-        "log(1 - w**sample) divided by the logarithm of the confidence: the quotient is upside down, with p for 1 - p",
-        _wrong_tries(number="np.log(1 - good) / np.log(confidence)"),
-    ),
-    Misconception(
-        "percent for share",
-        "shares divided by 100 once more: they come as shares of 1, not in percent",
-        _wrong_tries("(inlier_share / 100)**sample", "np.log(1 - confidence / 100) / np.log(1 - good)"),
-    ),
-)
-
 
 _GIVEN_MISTAKES = {
     "length": (
@@ -145,6 +41,15 @@ _HEIGHTS = (
 )
 
 HEIGHT_MISTAKES = left_in(_GIVEN_MISTAKES, _wrong_heights) + (
+    Misconception(
+        "the lesson's own code",
+        "the side told by the normal's z, as in the lesson's world frame, where z is up: here the points are in the "
+        "camera's frame, and the camera, at the origin, is above; nor has the normal length 1",
+        "def heights_above_floor(points, plane):\n"
+        "    normal, d = plane[:3], plane[3]\n"
+        "    return (points @ normal + d) * np.sign(normal[2])\n",
+        variants=(_wrong_heights((), "height * np.sign(normal[2])"),),
+    ),
     Misconception(
         "side left to the normal",
         "heights on whichever side the normal points to: it may point down; the camera, at the origin, is above",

@@ -1,4 +1,4 @@
-"""Lab 06: how often to try, fitting a plane, heights above a floor, and finding a plane among other things.
+"""Lab 06: how often to try, fitting a plane, heights above a floor, and finding the floor of a furnished room.
 
 A plane is four numbers, n and d of n · x + d = 0. Its sign is free: (n, d) and (-n, -d) are one plane. Truth is found
 another way than the lab asks for: counting for logarithms, singular values for eigenvectors.
@@ -6,7 +6,7 @@ another way than the lab asks for: counting for logarithms, singular values for 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -17,53 +17,61 @@ from course_lib.cloud import floors
 from course_lib.tasks.core import Case, Task, Verdict
 from course_lib.tasks.judges import judge_array, judge_number, refuse
 from course_lib.tasks.kinds import in_words, which_cause
-from course_lib.tasks.labs.lab_06_planes.cluttered_plane import (
-    FIND_MISTAKES,
-    cluttered,
-    guess_plane,
-    judge_find,
-    what_was_found,
-)
+from course_lib.tasks.labs.lab_06_planes.find_mistakes import FIND_MISTAKES
 from course_lib.tasks.labs.lab_06_planes.fit_mistakes import FIT_MISTAKES
-from course_lib.tasks.labs.lab_06_planes.mistakes import (
-    CAUSE_OF,
-    CAUSES,
-    HEIGHT_MISTAKES,
-    TRIES_MISTAKES,
-    WHICH_MISTAKES,
-)
+from course_lib.tasks.labs.lab_06_planes.furnished_floor import furnished, guess_plane, judge_find, what_was_found
+from course_lib.tasks.labs.lab_06_planes.mistakes import CAUSE_OF, CAUSES, HEIGHT_MISTAKES, WHICH_MISTAKES
 from course_lib.tasks.labs.lab_06_planes.plane_answers import apart, plane_problem, turned, which_part
+from course_lib.tasks.labs.lab_06_planes.tries_mistakes import TRIES_MISTAKES
 from course_lib.tasks.plain import Plain
 from course_lib.tasks.wording import measured
 
 # ------------------------------------------------------------------------------------------------------------ 1 tries
 
 
-def _count_tries(w: float, sample: int, p: float) -> int:
+def _count_tries(good: float, p: float) -> int:
     """The fewest samples of which one is good with probability p, by counting; 0 where rounding could decide."""
     bad, tries = 1.0, 0
     while bad > 1 - p:
-        bad, tries = bad * (1 - w**sample), tries + 1
-    close = min(abs(bad - (1 - p)), abs(bad / (1 - w**sample) - (1 - p))) < 1e-9
+        bad, tries = bad * (1 - good), tries + 1
+    close = min(abs(bad - (1 - p)), abs(bad / (1 - good) - (1 - p))) < 1e-9
     return 0 if close else tries
 
 
+def _chance(shares: Sequence[float], sample: int) -> float:
+    """How likely a sample lies on one of the planes."""
+    good = 0.0
+    for share in shares:
+        on_it = 1.0
+        for _ in range(sample):
+            on_it *= share
+        good += on_it
+    return good
+
+
 def _tries_cases(rng: np.random.Generator) -> list[Case]:
-    """The lesson's numbers, and others in which no two mistakes agree."""
-    asked = [
-        (0.6, 3, 0.99, "the numbers of the lesson"),
-        (0.8, 2, 0.999, "few outliers, two points a sample"),
-        (0.5, 3, 0.99, "half of the points are inliers"),  # 34.5 before rounding, and a little less
+    """The lesson's plane, and several planes, in which no two mistakes agree."""
+    asked: list[tuple[tuple[float, ...], int, float, str]] = [
+        ((0.6,), 3, 0.99, "one plane, with the numbers of the lesson"),
+        ((0.45, 0.4), 3, 0.99, "two planes"),  # 27.3 before rounding
+        ((0.35, 0.25, 0.2), 2, 0.999, "three lines, two points a sample"),  # 27.1
     ]
     while len(asked) < 5:
-        few = len(asked) == 4
-        w = round(float(rng.uniform(0.25, 0.4) if few else rng.uniform(0.62, 0.75)), 3)
-        sample, p = (4, 0.95) if few else (3, 0.98)
-        if _count_tries(w, sample, p):
-            asked.append((w, sample, p, "many outliers, four points a sample" if few else "another share of inliers"))
+        many = len(asked) == 4
+        low, high = (0.4, 0.26, 0.1), (0.46, 0.32, 0.14)
+        if many:
+            low, high = (0.19, 0.15, 0.1, 0.06), (0.22, 0.18, 0.14, 0.09)
+        shares = tuple(float(w) for w in (64 * rng.uniform(low, high)).round() / 64)  # 16-bit floats hold 64ths
+        sample, p = (4, 0.9) if many else (3, 0.98)  # always more than 255 tries, and fewer
+        if _count_tries(_chance(shares, sample), p):
+            asked.append((shares, sample, p, "four planes, four points a sample" if many else "three planes"))
     return [
-        Case({"inlier_share": w, "sample": s, "confidence": p}, {"truth": _count_tries(w, s, p)}, name)
-        for w, s, p, name in asked
+        Case(
+            {"shares": np.array(shares), "sample": sample, "confidence": p},
+            {"truth": _count_tries(_chance(shares, sample), p)},
+            name,
+        )
+        for shares, sample, p, name in asked
     ]
 
 
@@ -73,10 +81,10 @@ _TRIES = 100  # until eig puts the smallest eigenvalues of two boards in differe
 _PLANE_TOLERANCE = 2e-4  # metres, at the points and beside them
 
 
-def _by_singular_values(points: np.ndarray) -> np.ndarray:
-    """(4,) plane of least squares by the singular value decomposition of the centred points."""
-    middle = points.mean(axis=0)
-    normal = np.linalg.svd(points - middle, full_matrices=False)[2][2]
+def _by_singular_values(points: np.ndarray, sigma: np.ndarray) -> np.ndarray:
+    """(4,) plane of the least squared distances in units of sigma, by singular values."""
+    middle = (points / sigma[:, None] ** 2).sum(axis=0) / (1 / sigma**2).sum()
+    normal = np.linalg.svd((points - middle) / sigma[:, None], full_matrices=False)[2][2]
     return np.append(normal, -normal @ middle)
 
 
@@ -85,38 +93,47 @@ def _board_case(
     tilt: float,
     size: tuple[float, float],
     middle: tuple[float, float, float],
-    noise: float,
+    noise: tuple[float, float],
     name: str,
 ) -> Case:
+    """A board of which a third, at one end, is measured with the second noise, its other points with the first."""
     flat = np.column_stack([rng.uniform(-0.5, 0.5, (120, 2)) * size, np.zeros(120)])
     flat[:3, :2] = np.array([[-0.08, 0.03], [0.09, 0.05], [0.01, -0.07]]) * size  # three close together
-    noisy = flat @ turned(rng, tilt, np.array([1.0, 0.4, 0.0])).T + rng.normal(0, noise, flat.shape)
-    return _fit_case(noisy + np.asarray(middle) + rng.uniform(-0.05, 0.05, 3), name)
+    sigma = np.where(flat[:, 0] > size[0] / 6, noise[1], noise[0]) * rng.uniform(0.7, 1.4, 120)
+    noisy = flat @ turned(rng, tilt, np.array([1.0, 0.4, 0.0])).T + sigma[:, None] * rng.normal(0, 1, flat.shape)
+    return _fit_case(noisy + np.asarray(middle) + rng.uniform(-0.05, 0.05, 3), sigma, name)
 
 
-def _fit_case(points: np.ndarray, name: str) -> Case:
-    plane = _by_singular_values(points)
+def _fit_case(points: np.ndarray, sigma: np.ndarray, name: str) -> Case:
+    plane = _by_singular_values(points, sigma)
     far = points[np.argsort(np.linalg.norm(points - points.mean(axis=0), axis=1))[-12:]]
     around = np.concatenate([far, far + 0.3 * plane[:3], far - 0.3 * plane[:3]])
-    return Case({"points": points}, {"truth": plane, "around": around}, name)
+    return Case({"points": points, "sigma": sigma}, {"truth": plane, "around": around}, name)
+
+
+def _weighted_mean(case: Case) -> np.ndarray:
+    """(3,) the point that a case's best plane goes through."""
+    points, sigma = case.given["points"], case.given["sigma"]
+    return (points / sigma[:, None] ** 2).sum(axis=0) / (1 / sigma**2).sum()
 
 
 def _smallest_of_eig(case: Case) -> int:
     """Where np.linalg.eig, which sorts nothing, puts the smallest eigenvalue of a board."""
-    points = case.given["points"]
-    return int(np.argmin(np.linalg.eig(np.cov(points.T))[0]))
+    scatter = np.cov(case.given["points"].T, aweights=1 / case.given["sigma"] ** 2)
+    return int(np.argmin(np.linalg.eig(scatter)[0]))
 
 
 def _fit_cases(rng: np.random.Generator) -> list[Case]:
-    """A rectangle and three boards, of which two have their smallest eigenvalue in different places for eig."""
-    square = np.array([[0, 0, 2], [1, 0, 2], [0, 0.5, 2], [1, 0.5, 2.0]])
-    tilted = _board_case(rng, 20, (1.0, 0.6), (0.2, -0.1, 2.0), 0.005, "a board tilted by 20 degrees")
+    """A wall read twice and three boards, of which two have their smallest eigenvalue in different places for eig."""
+    wall = np.array([[x, y, z] for z in (2.0, 2.1) for x in (0, 2) for y in (0, 1.0)])
+    twice = _fit_case(wall, np.repeat([0.01, 0.02], 4), "a wall read twice, to do in your head")
+    tilted = _board_case(rng, 20, (1.0, 0.6), (0.2, -0.1, 2.0), (0.005, 0.04), "a board with a shiny third")
     for _ in range(_TRIES):
-        edge_on = _board_case(rng, 84, (1.2, 0.7), (-0.4, 0.3, 1.5), 0.02, "a board seen almost edge on")
+        edge_on = _board_case(rng, 84, (1.2, 0.7), (-0.4, 0.3, 1.5), (0.015, 0.05), "a board seen almost edge on")
         if _smallest_of_eig(edge_on) != _smallest_of_eig(tilted):
             break
-    aside = _board_case(rng, 50, (0.9, 0.5), (3.0, -2.0, 6.0), 0.01, "a board far to one side")
-    return [_fit_case(square, "a rectangle two metres ahead, to do in your head"), tilted, edge_on, aside]
+    aside = _board_case(rng, 50, (0.9, 0.5), (9.0, -6.0, 18.0), (0.01, 0.03), "a board far to one side")
+    return [twice, tilted, edge_on, aside]
 
 
 def _judge_fit(case: Case, answer: Plain) -> Verdict:
@@ -129,7 +146,7 @@ def _judge_fit(case: Case, answer: Plain) -> Verdict:
 
 # ----------------------------------------------------------------------------------------------------------- 3 heights
 
-_HEIGHT_TOLERANCE = 2e-4  # metres
+_HEIGHT_TOLERANCE = 2e-5  # metres: 16-bit floats are off by more
 _FRAMES = (2, 3, 10)  # of realsense_planes: a box on a floor, from a camera that was held level
 _STEP = 6  # every so many rows and columns
 
@@ -178,9 +195,6 @@ def _height_cases(rng: np.random.Generator, load: Callable[[str], Any] | None) -
     return cases
 
 
-# --------------------------------------------------------------------------------------------------------------- 5 open
-
-
 # ---------------------------------------------------------------------------------------------------------------- all
 
 _LIBRARY = (
@@ -192,11 +206,11 @@ _LIBRARY = (
 TASKS = (
     Task(
         id="06-1",
-        title="how often to try",
+        title="how often to try among several planes",
         points=1,
-        version=2,
+        version=3,
         kind="fill",
-        signature="def tries_needed(inlier_share, sample, confidence)",
+        signature="def tries_needed(shares, sample, confidence)",
         cases=_tries_cases,
         judge=lambda case, answer: judge_number(answer, case.truth, 0.1, "tries", "the number of tries"),
         misconceptions=TRIES_MISTAKES,
@@ -205,14 +219,14 @@ TASKS = (
     ),
     Task(
         id="06-2",
-        title="fit a plane",
+        title="fit a plane to points of unequal noise",
         points=3,
-        version=2,
+        version=3,
         kind="write",
-        signature="def fit_plane(points)",
+        signature="def fit_plane(points, sigma)",
         cases=_fit_cases,
         judge=_judge_fit,
-        anatomy=lambda case, answer: which_part(answer, case.truth, case.given["points"].mean(axis=0)),
+        anatomy=lambda case, answer: which_part(answer, case.truth, _weighted_mean(case)),
         misconceptions=FIT_MISTAKES,
         hides=_LIBRARY,
         where="lesson 06, section 1 (the plane that fits best); least squares in z: section 2",
@@ -221,7 +235,7 @@ TASKS = (
         id="06-3",
         title="mend heights above a real floor",
         points=3,
-        version=3,
+        version=4,
         kind="mend",
         signature="def heights_above_floor(points, plane)",
         cases=_height_cases,
@@ -242,18 +256,18 @@ TASKS = (
     ),
     Task(
         id="06-5",
-        title="find a plane that few points belong to",
+        title="find the floor of a furnished room",
         points=4,
-        version=2,
+        version=3,
         kind="open",
-        signature="def find_plane(points, threshold)",
-        cases=lambda rng: [cluttered(rng)],
+        signature="def find_plane(points, up, threshold)",
+        cases=lambda rng: [furnished(rng)],
         judge=judge_find,
         anatomy=what_was_found,
         misconceptions=FIND_MISTAKES,
         hides=_LIBRARY,
         guess=guess_plane,
-        where="lesson 06, section 3 (many points agree, the others do not matter)",
+        where="lesson 06, sections 3 and 4: section 4 (several planes, and a room without its floor)",
     ),
     in_words(
         "06-6",
