@@ -58,19 +58,6 @@ def desk_views(parts, title, alt):
     return picture(fig, alt=f"{alt} Points: {counts}.")
 
 
-columns = ["filter", "removed", "precision", "recall", "F1", "flying",
-           "reflections", "noise", "surface kept", "thin kept"]
-
-
-def line(name, keep, kinds=kinds):
-    """A table's row: what was removed, which kinds, what is left; in %."""
-    gone = [np.mean(~keep[kinds == kind])
-            for kind in (FLYING, REFLECTION, NOISE)]
-    left = [np.mean(keep[kinds == kind]) for kind in (SURFACE, THIN)]
-    shares = [*score(keep, kinds), *gone, *left]
-    return [name, int(np.sum(~keep)), *(100 * share for share in shares)]
-
-
 def by_open3d(points, nb_neighbors, std_ratio):
     """What Open3D's statistical filter keeps, as a mask (N,)."""
     seen = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points))
@@ -136,6 +123,20 @@ def score(keep, kinds):
 # wrong, and both wrong ones are found.
 ten = np.array([SURFACE] * 8 + [NOISE] * 2)
 assert score(np.arange(10) < 5, ten)[:2] == (2 / 5, 1)
+
+# %% tags=["hide-input"]
+columns = ["filter", "removed", "precision", "recall", "F1", "flying",
+           "reflections", "noise", "surface kept", "thin kept"]
+
+
+def line(name, keep, kinds=kinds):
+    """A table's row: what was removed, which kinds, what is left; in %."""
+    gone = [np.mean(~keep[kinds == kind])
+            for kind in (FLYING, REFLECTION, NOISE)]
+    left = [np.mean(keep[kinds == kind]) for kind in (SURFACE, THIN)]
+    shares = [*score(keep, kinds), *gone, *left]
+    return [name, int(np.sum(~keep)), *(100 * share for share in shares)]
+
 
 report_table(
     [[names[kind], int(np.sum(kinds == kind)), 100 * np.mean(kinds == kind)]
@@ -569,13 +570,12 @@ def by_coordinates(points, ratio):
 
 clay = data.load("bunny_like").cloud.points.astype(float)
 flagged = ~by_coordinates(clay, 2)
-show({"not flagged": (clay[~flagged], "surface"),
-      "flagged": (clay[flagged], "outlier")}, view="front", frame="world",
-     title="Flagged by the coordinates' standard deviation",
-     alt="A clay animal in grey. The tips of its ears and its tail are "
-         "vermilion: the ends of the thing, not its errors.")
-
-# %%
+display(show(
+    {"not flagged": (clay[~flagged], "surface"),
+     "flagged": (clay[flagged], "outlier")}, view="front", frame="world",
+    title="Flagged by the coordinates' standard deviation",
+    alt="A clay animal in grey. The tips of its ears and its tail are "
+        "vermilion: the ends of the thing, not its errors."))
 report_table([line("coordinates, 2 std", by_coordinates(points, 2)),
               line("mean distances, 0.5 std", usual(mean, 0.5))],
              columns=columns)

@@ -1,3 +1,9 @@
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+
 def clean(points):
     """The twelve nearest of each point in metres; a step is a link where it is short for the depth of its nearer end."""
     distance, index = cKDTree(points).query(points, 13)
