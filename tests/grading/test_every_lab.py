@@ -109,6 +109,6 @@ def test_a_right_answer_that_changes_what_it_was_given_is_graded_as_it_is_checke
 """
     kept = source.replace("points += T[:3, 3]", "points[:] = given")
     found, right = (graded("02", submission("02", {3: one}), **PATIENT)["tasks"][2] for one in (source, kept))
-    assert found["points"] == 0 and found["error"].startswith("It changes `points`, which whoever called it still needs")
+    assert found["points"] == 0 and found["error"].startswith("It changes `points`, which whoever called it still")
     assert found["misconceptions"] == ["input overwritten"]
     assert right["points"] == right["max"]
