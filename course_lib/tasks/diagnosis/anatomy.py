@@ -36,7 +36,14 @@ def anatomy(task: Task, cases: Sequence[Case], answers: Sequence[Plain], verdict
         found = "only in one case", f"Only one case is wrong, “{name}”; the other {len(verdicts) - 1} are right."
         more = _of_cases(cases, answers, [failed[0]], verdicts) if told else None
         return found if more is None or more[0] in VAGUE else (found[0], f"{found[1]} {more[1]}")
-    return found or (_of_cases(cases, answers, told, verdicts) if told else None)
+    found = found or (_of_cases(cases, answers, told, verdicts) if told else None)
+    if found is None or found[0] != "scattered" or len(failed) == len(verdicts) or task.kind == "open":
+        return found
+    names = " and ".join(f"“{cases[i].name or f'number {i + 1}'}”" for i in failed)
+    return "only in some cases", (
+        f"{len(failed)} of {len(verdicts)} cases are wrong, {names}; the others are right: what do the wrong ones have "
+        "in common?"
+    )
 
 
 def _of_cases(
