@@ -319,7 +319,7 @@ def test_a_desk_cleaned_almost_like_a_known_mistake_is_told_its_name():
 @pytest.mark.parametrize("task", ["05-1", "05-3"])
 def test_cases_that_no_drawing_tells_apart_are_chosen_one_by_one(task, monkeypatch):
     """Two of 400 seeds of 05-3 once ended in an error."""
-    monkeypatch.setattr("course_lib.tasks.labs.lab_05_outliers.tasks._DRAWINGS", 0)
+    monkeypatch.setattr("course_lib.tasks.labs.lab_05_outliers.telling._DRAWINGS", 0)
     for seed in range(3):
         cases = tasks.get(task).cases(np.random.default_rng(seed))
         said = []
