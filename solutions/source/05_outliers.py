@@ -13,7 +13,7 @@
 # %% [markdown]
 # # Lab 05 Outliers
 #
-# Six tasks, about 55 minutes. Each starts from given inputs, so a task that you leave open blocks nothing. Write your code
+# Six tasks, about 54 minutes. Each starts from given inputs, so a task that you leave open blocks nothing. Write your code
 # where it says `raise NotImplementedError`, run the cell, then run the check below it. The check says what is off and by how much. Try again
 # and it says what the mistake looks like, then where to read.
 #
@@ -213,7 +213,7 @@ except NotImplementedError as todo:
 #
 # ## Task 3 — mend a filter by a second view (3 points)
 #
-# The camera moved a little and looked again. What is there is seen again; a mirrored patch, a flying pixel and a stray are elsewhere now. `others` are the points of the second
+# The camera moved and looked again. What is there is seen again; flying pixels and strays are elsewhere now, and the glass shows another part of what it mirrors. `others` are the points of the second
 # view, brought into the frame of the first. So keep a point of the first view if the *other view* has at least `least` points within `radius` of it.
 # Somebody wrote that filter and gave it to you. There are three mistakes in it. Mend them all.
 #

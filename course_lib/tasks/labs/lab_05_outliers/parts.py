@@ -62,8 +62,8 @@ def _tied(z: np.ndarray) -> str:
     """How many pixels near by a reach of three of the wall's is; z (N,) in metres."""
     near, far = np.quantile(z, (0.01, 0.99))
     return (
-        "The reflection is still tied to the desk, and many flying pixels are. No distance and no count finds a dense "
-        "patch. If you use clusters, either your least size is below the patch, or your reach bridges the gap: at "
+        "The reflection stays, and many flying pixels do. No distance and no count finds a dense patch. If you use "
+        "clusters, either your least size is below the patch, or your reach bridges the gap to the desk: at "
         f"{near:.1f} m a pixel is {1000 * near / FOCAL:.0f} mm, and 3 z / fx of the wall is {3 * far / near:.0f} of "
         "them."
     )
