@@ -330,7 +330,7 @@ check("05-4", causes)
 # - `points`: (N, 3) float, metres
 # - returns: (N,) bool, True for points that stay
 #
-# You are scored by F1 of what you remove: from 60 % on 1 point, from 80 % on 2, from 90 % on 3, from 97 % on all 4. Whoever loses more than 5 % of rod and cable gets no more
+# You are scored by F1 of what you remove: from 60 % on 1 point, from 85 % on 2, from 92 % on 3, from 97 % on all 4. Whoever loses more than 5 % of rod and cable gets no more
 # than 1. **The worst of 7 fresh scenes counts; the check shows 3.** To tune, use `desk` and `kinds`: `score(clean(desk), kinds)`. The smallest true thing has more than
 # 350 points, the mirrored patch fewer than 250.
 #

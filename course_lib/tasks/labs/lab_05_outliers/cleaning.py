@@ -13,7 +13,7 @@ from course_lib.tasks.judges import judge_band, judge_labels
 from course_lib.tasks.labs.lab_05_outliers.deep_desk import FLYING, SURFACE, THIN, deep_desk
 from course_lib.tasks.plain import Plain
 
-_CLEAN_BANDS = ((97.0, 1.0), (90.0, 0.75), (80.0, 0.5), (60.0, 0.25))  # F1, per cent
+_CLEAN_BANDS = ((97.0, 1.0), (92.0, 0.75), (85.0, 0.5), (60.0, 0.25))  # F1, per cent
 
 
 _THIN_LEAST = 0.95  # of the thin points must stay, or the lowest band is the most
