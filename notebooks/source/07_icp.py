@@ -146,7 +146,7 @@ report_table(rows, columns=["formula", "determinant", "angle off (degrees)",
                             "target error (mm)"], smallest=0.01)
 
 # %% [markdown]
-# The **target error** is how far points end from their *true* places, in the mean. Every determinant is +1, so checking it finds none of these. Test with a turn *and* a distance from the origin.
+# The **target error** is how far points end from their *true* places, in the mean. Every determinant is +1, so checking it finds none of these. Test with a turn far from the origin.
 #
 # Vote: NumPy's `np.linalg.svd(S)` returns U, w and a third matrix M. With S = Pᵀ Q, the rotation is (a) U @ M, (b) M @ U.T, (c) M.T @ U.T, (d) M @ U.
 #
@@ -540,7 +540,7 @@ report_table(rows, columns=["method", "last radius (mm)", "pairs at the end",
 
 # %% [markdown]
 # The number of pairs is a matter of the radius, and hardly of the method: 4 mm is under two spacings, and the same share of pairs goes for both. To points that is too small: with true
-# partners gone, the error grows. Planes are better, but count steps and error to see it. The lecture below is one for robotics students.
+# partners gone, the error grows. Planes are better, but count steps and error to see it.
 #
 # | The document says | What we found | Evidence |
 # |---|---|---|
@@ -548,7 +548,7 @@ report_table(rows, columns=["method", "last radius (mm)", "pairs at the end",
 # | Report: planes are faster and more accurate | holds on curved surfaces; on one plane they slide | section 3; Break it |
 # | Report: planes suit partial overlap | not by themselves; rejecting pairs does it | sections 4 and 5 |
 # | Report: more correspondences, more efficient | does not hold | above; section 4 |
-# | Lecture: R = V Uᵀ | needs a guard: every second flat cloud comes out mirrored | section 1 |
+# | Lecture (robotics): R = V Uᵀ | needs a guard: every second flat cloud comes out mirrored | section 1 |
 # | Lecture: ICP, "see Rusinkiewicz et al, 2001" | 1992; that paper compares variants | section 2 |
 #
 
@@ -697,8 +697,8 @@ picture(fig, alt="Two walls and a corner from above, three times. "
                              for name, points in offered.items()) + ".")
 
 # %% [markdown]
-# Why do orange and blue stay some centimetres apart, though they are registered? The corner is 20 m away, where the part of a degree by which the
-# pose may be wrong is a few centimetres. At the reference they are hardly nearer: it is another registration, and rays of two scans meet a wall in different places.
+# Why do orange and blue stay some centimetres apart? The corner is 20 m away, where the part of a degree by which the
+# pose may be wrong is a few centimetres. At the reference they are hardly nearer: rays of two scans meet a wall in different places.
 #
 # Last, two raw scans of the Stanford bunny against `bun.conf`. Its quaternions rotate the other way than the usual reading, so the matrix must be
 # transposed; `data` has done so. It is itself another registration: a reference, not truth.
