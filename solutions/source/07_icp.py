@@ -14,8 +14,8 @@
 # # Lab 07 ICP
 #
 # Six tasks, about 60 minutes. Each starts from given inputs, so a task that you leave open blocks nothing. Write your code
-# where it says `raise NotImplementedError`, run the cell, then run the check below it. The check says by how much you are
-# off, and in which part. Try again and it says what the mistake looks like, then where to read.
+# where it says `raise NotImplementedError`, run the cell, then the check below it. It says by how much you are
+# off; try again and it says what the mistake looks like, then where to read.
 #
 # Everything you need stands in [lesson 07](../notebooks/07_icp.ipynb). Use NumPy, and in task 5 also SciPy's k-d tree: the course's own `icp` and `transforms`
 # are closed. Points are rows, `(N, 3)`, in metres. `T_target_source` is 4x4 and maps source coordinates to target coordinates; a point
@@ -90,7 +90,7 @@ check("07-1", accumulate)
 #
 # Marks were put up in a hall and found in two scans: row i of the source belongs to row i of the target. Two things are new. A mark that was
 # seen well weighs more: make $\sum w_i \lVert R\,p_i + t - q_i \rVert^2$ smallest. And some marks were not found in one of the scans: there the row is NaN,
-# and the pair does not count, whatever its weight. The picture shows source, target, and where the source should end: on the target.
+# and the pair does not count, whatever its weight.
 #
 # - `source`, `target`: (N, 3) float, metres; a row of NaN where a mark was not found
 # - `weights`: (N,) float, 0 or more
@@ -138,7 +138,7 @@ check("07-2", best_rigid)
 # %% [markdown]
 # ## Task 3 — mend a step of ICP (3 points)
 #
-# Somebody wrote one step of ICP. Run again and again it walks away from the target and reports a perfect fitness all the while.
+# One step of ICP. Run again and again it walks away from the target and reports a perfect fitness.
 # There are three mistakes in it. Mend them all; not all that looks unlike the lesson is a mistake. The check tries bumpy ground with strays above it, and two raw scans of the Stanford bunny.
 #
 # - `source`, `target`: (N, 3), (M, 3) float, metres
@@ -199,9 +199,8 @@ def icp_step(source, target, T, radius):
 check("07-3", icp_step)
 
 # %% [markdown]
-# And on two raw scans of the Stanford bunny, thinned. They begin as the scanner stored them, one turned against the other; we undo most of
-# that, as a person would by hand, and your step does the rest. (Here a step on the wrong side goes astray by the turn between the scans
-# and still comes closer: this pair forgives it, the check does not.)
+# And on two raw scans of the Stanford bunny, thinned. We undo most of the turn between them, as a person would by hand, and your step does the rest.
+# (A step on the wrong side still comes closer here: this pair forgives it, the check does not.)
 
 # %% tags=["real-data", "hide-input"]
 # real data: stanford_bunny
@@ -286,7 +285,7 @@ check("07-4", causes)
 # - returns: (4, 4) `T_target_source`
 #
 # You are scored by how far the points of the source's ground end from their true places, in the mean, counted in spacings: under 2 earns 1 point, under 1.2
-# 2, under 0.9 3, under 0.6 all 4. The worst of seven fresh pairs of scans counts; the check shows three.
+# 2, under 0.9 3, under 0.6 all 4. The worst of seven fresh pairs counts; the check shows three.
 #
 # <details><summary>Hint 1: idea</summary>At first true partners are far away, later only wrong ones are: leaves, and the third that only one scan saw. What
 # should the radius do, and which of this scene's lengths does it follow?</details>
@@ -312,8 +311,9 @@ def register(source, target, normals, start):
     # BEGIN SOLUTION
     T, tree = start.copy(), cKDTree(target)
     spacing = np.median(tree.query(target, 2)[0][:, 1])
-    length = np.ptp(target, axis=0).max()
-    for radius in np.geomspace(length / 2, 2 * spacing, 5):
+    for radius in np.geomspace(
+        np.ptp(target, axis=0).max() / 2, 2 * spacing, 5
+    ):
         for _ in range(10):
             moved = T[:3, 3] + source @ T[:3, :3].T
             distance, index = tree.query(moved)

@@ -129,14 +129,17 @@ _TURN = "add the turn of np.degrees(np.linalg.norm(w)) about w"
 OPEN_MISTAKES = (
     Misconception(
         "the lesson's own code",
-        "the lesson's own radii, which were for a room: here the first follows from how far start may be off, the last "
-        "from the spacing, and both differ from scene to scene, so compute them",
+        "the start, or little more: the lesson's radii were for a room. Take the first from how far start may be off, "
+        "the last from this scene's spacing; look from where T has moved the source, and go on with step @ T",
         _wrong_register(radii="[1.0, 0.3, 0.1, 0.05]", steps=10),
         variants=(
-            _wrong_register(radii="[1.0, 0.3, 0.1, 0.05]", steps=25),
-            _wrong_register(radii="[1.0, 0.3, 0.1, 0.05]", steps=40),
+            *(_wrong_register(radii="[1.0, 0.3, 0.1, 0.05]", steps=steps) for steps in (25, 40)),
             _wrong_register(radii="[1.0, 0.05]", steps=25),
+            *(_wrong_register(radii=f"[{many} * gap]", steps=30) for many in (2, 4, 6, 8)),
+            _wrong_register("points", "[2 * gap]", 30),
             _wrong_register("points", "[1.0, 0.3, 0.1, 0.05]", 25),
+            _wrong_register(seen="source"),
+            "def register(source, target, normals, start):\n    return start\n",
         ),
     ),
     Misconception(
@@ -150,18 +153,6 @@ OPEN_MISTAKES = (
         "one radius, so large that leaves and what has no partner pull to the end: shrink it from coarse to fine",
         _wrong_register(radii="[long / 2]", steps=30),
         variants=tuple(_wrong_register(radii=f"[{radius}]", steps=30) for radius in ("np.inf", "0.75 * long", "0.35 * long", "0.25 * long")),
-    ),
-    Misconception(
-        "one small radius, or nothing kept",
-        "the start itself: is a pair ever kept (begin with a radius as large as the scans are apart, look from where T "
-        "has moved the source), and T replaced by step @ T",
-        _wrong_register(radii="[2 * gap]", steps=30),
-        variants=(
-            _wrong_register("points", "[2 * gap]", 30),
-            *(_wrong_register(radii=f"[{many} * gap]", steps=30) for many in (4, 6, 8)),
-            _wrong_register(seen="source"),
-            "def register(source, target, normals, start):\n    return start\n",
-        ),
     ),
     Misconception(
         "start ignored",
