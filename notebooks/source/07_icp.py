@@ -124,7 +124,7 @@ report_table([[name, "about half" if 120 < count < 280 else count]
              columns=["400 of each", "mirrors"])
 
 # %% [markdown]
-# On a calibration board every second result is a mirror. Now spoil the formula the way people do:
+# On a calibration board every second result is a mirror. Now spoil the formula as people do:
 
 # %%
 turned = transforms.rotation_z(np.radians(10))
@@ -443,7 +443,7 @@ report_table([["on the head", *clicked(from_head[[0, 40, 80, 120]])],
                       "error of the farthest point (mm)"])
 
 # %% [markdown]
-# The residual is the same and says nothing about the feet. Choose marks all around what you care about; and to *judge* a fit, choose others.
+# The residual is the same and says nothing about the feet. Choose marks all around what you care about; to *judge* a fit, choose others.
 #
 # Real scans also hold points with no partner at all: strays, and what the other scan did not see. Three defences: reject pairs beyond a radius; **trim**, that is,
 # keep the nearest share; or weigh each pair by its residual with a **robust kernel**. Huber's weights fall as 1/residual. Tukey's are $(1 - u^2)^2$, with u the residual divided by about
