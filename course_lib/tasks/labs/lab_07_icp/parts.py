@@ -98,7 +98,7 @@ def _turned_back(case: Case, step: np.ndarray) -> np.ndarray:
 # ------------------------------------------------------------------------------------------------- 5 two scans
 
 _HOME, _NEAR, _STILL, _CREEPS = 0.012, 0.15, 0.003, 0.014
-"""Over the surface, metres where the ground is 1.5 m by 2 m: home; steps can still come home; a step rests, or creeps."""
+"""Over the surface, metres where the ground is 1.5 m by 2 m: home; steps come home; a step rests, or creeps."""
 _TRY_ONE = (
     "Try your step by itself on a floor that lies 10 cm too high (q on z = 0, n up): it must be −10 cm in z and no "
     "turn, or a sign or a half of x is wrong. Then turn a bumpy target by 5°: the step must turn it back, or look at "
@@ -157,7 +157,8 @@ def _where_it_rests(
             f"It ends {size} from home, and began {begun} from it: steps go astray. {_TRY_ONE}"
         )
     (all_points, all_planes), (points, planes) = (
-        [apart(T, _stepped(case, T, radius, to_planes)) for to_planes in (False, True)] for radius in (np.inf, 0.1 * scale)
+        [apart(T, _stepped(case, T, radius, to_planes)) for to_planes in (False, True)]
+        for radius in (np.inf, 0.1 * scale)
     )
     if min(all_points, all_planes) < _STILL:
         return "all pairs pull", (

@@ -152,7 +152,10 @@ OPEN_MISTAKES = (
         "one large radius",
         "one radius, so large that leaves and what has no partner pull to the end: shrink it from coarse to fine",
         _wrong_register(radii="[long / 2]", steps=30),
-        variants=tuple(_wrong_register(radii=f"[{radius}]", steps=30) for radius in ("np.inf", "0.75 * long", "0.35 * long", "0.25 * long")),
+        variants=tuple(
+            _wrong_register(radii=f"[{radius}]", steps=30)
+            for radius in ("np.inf", "0.75 * long", "0.35 * long", "0.25 * long")
+        ),
     ),
     Misconception(
         "start ignored",
@@ -168,7 +171,10 @@ OPEN_MISTAKES = (
         "to points",
         "a shrinking radius, but distances to points, whose wrong pairs hold the ground back: measure to planes",
         _wrong_register("points"),
-        variants=(_wrong_register("points", "long * np.array([0.5, 0.15, 0.05, 0.025])"), _wrong_register("points", steps=40)),
+        variants=(
+            _wrong_register("points", "long * np.array([0.5, 0.15, 0.05, 0.025])"),
+            _wrong_register("points", steps=40),
+        ),
     ),
     Misconception(
         "one step",
