@@ -173,8 +173,8 @@ def _where_it_rests(
     if points < _CREEPS and planes > 10 * points:
         return "points hold each other", (
             f"It ends {size} from home. Of points within {quantity(0.1 * scale, 'm')}, a step to points hardly moves "
-            f"them from there, {quantity(scale * points, 'm')}, and a step to planes does, {quantity(scale * planes, 'm')}: "
-            "measure to planes."
+            f"them from there, {quantity(scale * points, 'm')}, and a step to planes does, {quantity(scale * planes, 'm')}"
+            ": measure to planes."
         )
     return "no place to rest", (
         f"It ends {size} from home, and a right step would move on from there: were there enough steps, is return "
