@@ -11,9 +11,9 @@ import numpy as np
 
 from course_lib.tasks.core import Case, Misconception, Task, Verdict
 from course_lib.tasks.diagnosis.agreement import near, same_kind
-from course_lib.tasks.diagnosis.anatomy import always_the_same, anatomy
+from course_lib.tasks.diagnosis.anatomy import anatomy
 from course_lib.tasks.diagnosis.forms import COUNTS, form_problem, gap_problem
-from course_lib.tasks.diagnosis.named_errors import part_of
+from course_lib.tasks.diagnosis.named_errors import always_the_same, part_of
 from course_lib.tasks.diagnosis.recognition import Wrong, known_of, recognise, recognise_several, wrong_of
 from course_lib.tasks.diagnosis.slips import Slip, answer_slips, input_slips
 from course_lib.tasks.plain import Plain, same

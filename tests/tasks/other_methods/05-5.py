@@ -5,7 +5,7 @@ from scipy.spatial import cKDTree
 
 
 def clean(points):
-    """The twelve nearest of each point in metres; a step is a link where it is short for the depth of its nearer end."""
+    """The twelve nearest of each point in metres; a step is a link where it is short for its depth."""
     distance, index = cKDTree(points).query(points, 13)
     z = points[:, 2]
     linked = distance[:, 1:] < 4 * np.minimum(z[:, None], z[index[:, 1:]]) / 110

@@ -98,7 +98,7 @@ def _turned_back(case: Case, step: np.ndarray) -> np.ndarray:
 # ------------------------------------------------------------------------------------------------- 5 two scans
 
 _HOME, _NEAR, _STILL, _CREEPS = 0.012, 0.15, 0.003, 0.014
-"""Over the surface, metres where the ground is 1.5 m by 2 m: home; steps come home; a step rests, or creeps."""
+"""Over the surface, metres where the ground is 1.5 m by 2 m: home; steps can still come home; it rests, or creeps."""
 _TRY_ONE = (
     "Try your step by itself on a floor that lies 10 cm too high (q on z = 0, n up): it must be −10 cm in z and no "
     "turn, or a sign or a half of x is wrong. Then turn a bumpy target by 5°: the step must turn it back, or look at "
@@ -173,8 +173,9 @@ def _where_it_rests(
     if points < _CREEPS and planes > 10 * points:
         return "points hold each other", (
             f"It ends {size} from home. Of points within {quantity(0.1 * scale, 'm')}, a step to points hardly moves "
-            f"them from there, {quantity(scale * points, 'm')}, and a step to planes does, {quantity(scale * planes, 'm')}"
-            ": measure to planes."
+            "them "
+            f"from there, {quantity(scale * points, 'm')}, and a step to planes does, {quantity(scale * planes, 'm')}: "
+            "measure to planes."
         )
     return "no place to rest", (
         f"It ends {size} from home, and a right step would move on from there: were there enough steps, is return "
