@@ -37,7 +37,7 @@ MOVED = {
     "metrics": "surface.metrics",
     "partners": "registration.correspondences",
     "robust": "registration.robust",
-    "tasks.desk_05": "tasks.labs.lab_05_outliers.small_desk",
+    "tasks.desk_05": "tasks.labs.lab_05_outliers.cleaning",
     "tasks.scans_07": "tasks.labs.lab_07_icp.two_scans",
 }
 """Where a module is now that lessons and labs of earlier versions import by another name."""

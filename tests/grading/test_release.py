@@ -202,10 +202,10 @@ def test_a_lab_released_before_modules_moved_is_refused_and_never_scored():
 
 
 def test_names_below_a_package_moved_too():
-    name = "tasks.desk_05"
+    name = "tasks.scans_07"
     now = MOVED[name]
-    data = _as_before("05", f"from course_lib.{now} import", f"from course_lib.{name} import")
-    said = older_release(notebook_of(data, IntakeLimits()), released_lab("05"))
+    data = _as_before("07", f"from course_lib.{now} import", f"from course_lib.{name} import")
+    said = older_release(notebook_of(data, IntakeLimits()), released_lab("07"))
     assert said.startswith(f"{OLDER}{name}, now course_lib.{now}. ")
 
 

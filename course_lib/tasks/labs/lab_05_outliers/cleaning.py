@@ -190,7 +190,8 @@ CLEAN_MISTAKES = (
     ),
     Misconception(
         "least size too small",
-        "clusters with a least size that is too small: strays go, but the mirrored patch is larger and stays",
+        "a filter that takes strays and leaves the mirrored patch: distances and counts cannot see it, and clusters "
+        "only with a least size above 250",
         _islands(4, 100),
         variants=(_islands(4, 10),),
     ),
@@ -222,8 +223,8 @@ CLEAN_MISTAKES = (
     ),
     Misconception(
         "everything kept",
-        "a mask that keeps every point: nothing was removed. Is a reach in pixels used on metres, or on directions "
-        "that lack depth or the focal length?",
+        "a mask that keeps every point: nothing was removed. Is a reach in pixels used on metres, or was depth lost on "
+        "the way? In points · fx / z all have the same third coordinate, fx, so near and far lie on one plane",
         _clean("    return np.ones(len(points), bool)\n"),
         variants=(_islands(4, 300, "points / points[:, 2:] * 110"),),
     ),

@@ -98,8 +98,8 @@ MEND_MISTAKES = (
         ),
     ),
     Misconception(
-        "radius ignored",
-        "every pair kept, however far apart: keep those whose distance is at most the radius",
+        "the lesson's own code",
+        "every pair kept, however far, as in the lesson's first loop: keep those within the radius, and count them",
         _wrong_step(reject="distance >= 0"),
     ),
     Misconception(
@@ -172,7 +172,9 @@ MEND_MISTAKES = (
     ),
     Misconception(
         "rotation of the step transposed",
-        "the step's rotation transposed, or p and q exchanged in its SVD: the given lines were right",
+        "the step's rotation transposed, or p and q exchanged in its SVD: (U G Vᵀ)ᵀ = V G Uᵀ was right as given, so "
+        "put "
+        "`.T` back",
         _wrong_step(rotation="U @ guard @ Vt"),
     ),
     Misconception(
