@@ -26,7 +26,7 @@ def _by_radius(points: np.ndarray, others: np.ndarray, radius: float, least: int
     return np.array([np.sum(np.sqrt(((others - p) ** 2).sum(axis=-1)) <= radius) >= least for p in points])
 
 
-_FAR_OFF = np.array([-20.0, 8.0, 30.0])  # metres: there floats of 16 bits have steps of centimetres
+_FAR_OFF = np.array([-60.0, 40.0, 70.0])  # metres: there floats of 16 bits have steps of centimetres
 
 
 def radius_cases(rng: np.random.Generator) -> list[Case]:
