@@ -224,7 +224,7 @@ def test_an_answer_made_beforehand(monkeypatch):
 
     monkeypatch.setattr(nbval_items.Run, "note_answer", any_nonce)
     assert task(graded("00", data), 1)["points"] == 0  # fresh inputs alone hold it, too
-    monkeypatch.setattr(grade_submission, "_cases", lambda task, seed: task.public())
+    monkeypatch.setattr(grade_submission, "fresh_cases", lambda task, seed: task.public())
     assert task(graded("00", data), 1)["points"] == 1
 
 

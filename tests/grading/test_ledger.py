@@ -62,8 +62,8 @@ def test_the_seed_is_kept_before_anything_is_graded(path):
         first = ledger.begin(seed=None, **UNDER)
     with Ledger(path) as ledger:
         assert ledger.begin(seed=None, **UNDER) == first
-        other = ledger.begin(seed=first.seed + 1, **UNDER)
-        assert other.id != first.id and other.seed == first.seed + 1
+        other = ledger.begin(seed=7, **UNDER)
+        assert other.id != first.id and ledger.begin(seed=7, **UNDER) == other
         assert ledger.begin(seed=None, **UNDER | {"lab_version": "v2"}).id not in (first.id, other.id)
 
 
@@ -72,12 +72,12 @@ def test_a_submission_is_graded_once(path):
         run = ledger.begin(seed=7, **UNDER)
         [entry] = ledger.take(run, [one()])
         assert ledger.take(run, [one()]) == [entry] and ledger.pending(run, [entry]) == [entry]
-        ledger.record(run, entry, record(7, "infrastructure"))
+        ledger.record(run, entry, record(run.seed, "infrastructure"))
         assert ledger.pending(run, [entry]) == [entry]
-        ledger.record(run, entry, record(7))
+        ledger.record(run, entry, record(run.seed))
         assert ledger.pending(run, [entry]) == []
         with pytest.raises(CourseError, match="graded already"):
-            ledger.record(run, entry, record(7, points=0.0))
+            ledger.record(run, entry, record(run.seed, points=0.0))
         assert ledger.newest(entry)["points"] == 1.0
 
 
@@ -86,15 +86,31 @@ def test_each_student_may_have_inputs_of_their_own(path):
         run = ledger.begin(seed=7, **UNDER | {"per_student": True})
         ann, bob = ledger.take(run, [one("ann"), one("bob", "b" * 64)])
         seeds = {ledger.seed_of(run, ann), ledger.seed_of(run, bob)}
-        assert len(seeds) == 2 and 7 not in seeds
+        assert len(seeds) == 2 and run.seed not in seeds
         assert ledger.seed_of(run, ann) in seeds
+
+
+def test_a_typed_seed_is_mixed_with_what_only_this_ledger_knows(path, tmp_path):
+    with Ledger(path) as ledger, Ledger(tmp_path / "other.sqlite") as other:
+        seeds = {ledger.begin(seed=number, **UNDER).seed for number in (2, 3)}
+        seeds |= {other.begin(seed=number, **UNDER).seed for number in (2, 3)}
+        assert len(seeds) == 4 and min(seeds) > 10**6
+        drawn = ledger.begin(seed=4, **UNDER, draw=lambda lab, among: among[3])  # the first three are not fair
+        assert ledger.begin(seed=4, **UNDER) == drawn
+
+
+def test_a_later_submission_of_a_student_is_asked_something_else(path):
+    with Ledger(path) as ledger:
+        run = ledger.begin(seed=None, **UNDER)
+        ann, bob, again = ledger.take(run, [one("ann"), one("bob", "b" * 64), one("ann", "c" * 64, path="2.ipynb")])
+        assert ledger.seed_of(run, ann) == ledger.seed_of(run, bob) == run.seed != ledger.seed_of(run, again)
 
 
 def test_records_and_decisions_cannot_be_changed_or_deleted(path):
     with Ledger(path) as ledger:
         run = ledger.begin(seed=7, **UNDER)
         [entry] = ledger.take(run, [one()])
-        ledger.record(run, entry, record(7))
+        ledger.record(run, entry, record(run.seed))
         ledger.decide("ann", "00", "00-1", "adjust", 0.5, "me", "because")
         for table in ("records", "decisions"):
             for words in (f"UPDATE {table} SET added = ''", f"DELETE FROM {table}"):
@@ -153,7 +169,7 @@ def test_forgetting_leaves_no_byte(path, student):
             ],
         )
         for entry in (mine, shared, others):
-            ledger.record(run, entry, record(7, reason=f"of {entry.student}"))
+            ledger.record(run, entry, record(run.seed, reason=f"of {entry.student}"))
         ledger.decide(student, "00", "00-1", "adjust", 1.0, "me", f"because {student}")
         ledger.set_settings("roster", {"people": [[student, student, ""], ["bob", "Bob", ""]]})
         ledger.set_settings("extensions", {"rows": [[student, "00", "excused"]]})
@@ -169,6 +185,6 @@ def test_the_full_disk_is_one_sentence(path):
         run = ledger.begin(seed=7, **UNDER)
         [entry] = ledger.take(run, [one()])
         with pytest.raises(CourseError, match="could not be written .*full"):
-            ledger.record(run, entry, record(7, reason="x" * 200_000))
-        ledger.record(run, entry, record(7))
+            ledger.record(run, entry, record(run.seed, reason="x" * 200_000))
+        ledger.record(run, entry, record(run.seed))
         assert len(ledger.records(entry)) == 1

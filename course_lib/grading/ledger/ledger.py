@@ -27,6 +27,9 @@ from .schema import SCHEMA, VERSION
 
 __all__ = ["Decision", "Entry", "Ledger", "Run"]
 
+SEEDS = 20
+"""So many seeds a run may choose from."""
+
 
 class Ledger:
     """The ledger of a folder of grades; use it in a `with`.
@@ -116,22 +119,28 @@ class Ledger:
         environment: str,
         grader: str,
         isolation: str,
-        draw: Callable[[str], int] = lambda lab: secrets.randbelow(2**53),
+        draw: Callable[[str, Sequence[int]], int] = lambda lab, among: among[0],
     ) -> Run:
         """The run to grade under: the one that went before under the same versions, or a new one.
 
         Its seed is stored before anything is graded, so that a run that was killed goes on with the same inputs.
+
+        Parameters
+        ----------
+        seed : a number that a person typed; with the secret of this ledger it decides the run's. None is random.
+        draw : chooses one of several seeds for a lab.
         """
         with self._all_or_nothing():
+            among = self._seeds(seed)
             rows = self.db.execute(
                 "SELECT * FROM runs WHERE lab = ? AND lab_version = ? AND environment = ? AND grader = ? "
                 "AND per_student = ? ORDER BY id DESC",
                 (lab, lab_version, environment, grader, per_student),
             ).fetchall()
-            fitting = [row for row in rows if seed is None or row["seed"] == seed]
+            fitting = [row for row in rows if seed is None or row["seed"] in among]
             if fitting:
                 return run_of(fitting[0])
-            drawn = draw(lab) if seed is None else seed
+            drawn = draw(lab, among)
             self.db.execute(
                 "INSERT INTO runs (lab, lab_version, environment, grader, seed, per_student, isolation, started) "
                 "VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
@@ -140,11 +149,34 @@ class Ledger:
             return run_of(self.db.execute("SELECT * FROM runs WHERE id = last_insert_rowid()").fetchone())
 
     def seed_of(self, run: Run, entry: Entry) -> int:
-        """The seed of a submission's inputs: the run's, or one of the student's own that follows from it."""
-        if not run.per_student:
-            return run.seed
+        """The seed of a submission's inputs: the run's, or one that follows from it.
+
+        It is the student's own where the run asks for that, and always another for a later submission of the same
+        student: what was told of an earlier one must not help.
+        """
         who = entry.student or entry.named
-        return int.from_bytes(hashlib.sha256(f"{run.seed} {who}".encode("utf-8", "replace")).digest()[:6], "big")
+        earlier = self.db.execute(
+            "SELECT COUNT(*) FROM entries WHERE lab = ? AND id < ? AND ? IN (student, named)", (entry.lab, entry.id, who)
+        ).fetchone()[0]
+        words = [who] * run.per_student + [f"after {earlier}"] * (earlier > 0)
+        if not words:
+            return run.seed
+        text = " ".join([str(run.seed), *words]).encode("utf-8", "surrogatepass")
+        return int.from_bytes(hashlib.sha256(text).digest()[:6], "big")
+
+    def _seeds(self, typed: int | None) -> list[int]:
+        """Seeds to choose from: random ones, or those that follow from a typed number and the secret of this ledger.
+
+        A small number that somebody types could be guessed: an answer that tries some would know what it is asked.
+        """
+        if typed is None:
+            return [secrets.randbelow(2**53) for _ in range(SEEDS)]
+        row = self.db.execute("SELECT value FROM settings WHERE name = 'secret'").fetchone()
+        secret = row["value"] if row else secrets.token_hex(32)
+        if not row:
+            self.db.execute("INSERT INTO settings VALUES ('secret', ?)", (secret,))
+        digests = [hashlib.sha256(f"{secret} {typed} {i}".encode()).digest() for i in range(SEEDS)]
+        return [int.from_bytes(digest[:6], "big") for digest in digests]
 
     # submissions
 

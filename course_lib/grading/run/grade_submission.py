@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import contextlib
 import dataclasses
+import hashlib
 import tempfile
 import time
 import traceback
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
     from .engine import Run
 
 __all__ = [
-    *("Job", "failed_record", "grade_one", "grader_version", "held_by", "load_data", "prepare"),
+    *("Job", "failed_record", "fresh_cases", "grade_one", "grader_version", "held_by", "load_data", "prepare"),
     *("right_function", "unreadable_record"),
 ]
 
@@ -187,7 +188,7 @@ def _grade(job: Job, record: Record, prepared: Prepared, held: Held, limits: Lim
         return
     rebuilt = rebuild(nb, lab)
     refused = {answer.slot.task.id: _refusal(answer, lab) for answer in rebuilt.answers if answer.state == "found"}
-    cases = {slot.task.id: _cases(slot.task, job["seed"]) for slot in lab.slots}
+    cases = {slot.task.id: fresh_cases(slot.task, job["seed"]) for slot in lab.slots}
     done: dict[str, Run] = {}
     left = limits.total_seconds
     for group, room in prepared.rooms:
@@ -219,8 +220,10 @@ def _limit_behind(error: str, limits: Limits) -> str:
     return ""
 
 
-def _cases(task: tasks.Task, seed: int) -> tuple[tasks.Case, ...]:
-    return tasks.fresh(task, seed, load_data() if task.data else None)
+def fresh_cases(task: tasks.Task, seed: int) -> tuple[tasks.Case, ...]:
+    """The inputs of a task under the seed of a run: from a stream of its own, so that no task's tell another's."""
+    own = int.from_bytes(hashlib.sha256(f"inputs of {task.id} {seed}".encode()).digest()[:8], "big")
+    return tasks.fresh(task, own, load_data() if task.data else None)
 
 
 def _refusal(answer: Answer, lab: ReleasedLab) -> str:

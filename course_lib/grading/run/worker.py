@@ -21,12 +21,11 @@ from typing import Any
 
 import psutil
 
-from course_lib import tasks
 from course_lib.grading.records import Record
 
 from . import engine  # noqa: F401 - for the children: each would import it again
 from .die_with_parent import adopt_orphans, die_with_parent
-from .grade_submission import failed_record, grade_one, held_by, load_data, prepare, right_function
+from .grade_submission import failed_record, fresh_cases, grade_one, held_by, prepare, right_function
 from .limits import Limits
 
 __all__ = ["main"]
@@ -95,7 +94,7 @@ def _warm(job: dict[str, Any], limits: Limits) -> None:
         held_by(job["sandbox"])
         prepared = prepare(job["lab"], limits, job["sandbox"])
         for slot in prepared.lab.slots:
-            tasks.fresh(slot.task, job["seed"], load_data() if slot.task.data else None)
+            fresh_cases(slot.task, job["seed"])
             right_function(slot.task)
     except Exception:
         return

@@ -1,0 +1,55 @@
+"""Attacks that a second review of the grader found, each with a control: the same without the defence against it."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from grading_helpers import graded, need_sandbox, submission, task
+from test_hostile_found import weaken
+
+from course_lib import tasks
+from course_lib.grading.run import grade_submission
+
+pytestmark = pytest.mark.slow
+
+# Inputs that can be known before they are asked
+
+
+def drawn(number: str, seed: int) -> list[float]:
+    """The first numbers that a task of lab 03 draws when it is graded."""
+    seen: list[float] = []
+
+    def cases(rng: np.random.Generator) -> list[tasks.Case]:
+        seen.extend(rng.random(4))
+        return [tasks.Case(dict.fromkeys(one.arguments, 0))]
+
+    one = dataclasses.replace(tasks.get(number), cases=cases)
+    grade_submission.fresh_cases(one, seed)
+    return seen
+
+
+def test_the_inputs_of_one_task_do_not_tell_those_of_another():
+    assert drawn("03-2", 5) == drawn("03-2", 5) != drawn("03-5", 5)
+
+
+GUESS = """
+import numpy as np
+def estimate_focal(pixels, depths, lengths, cx, cy):
+    for seed in range(50):
+        rng = np.random.default_rng([seed, 0])
+        f = float(rng.uniform(350, 900))
+        if 319.5 + (rng.choice([-1.0, 1.0], 2) * rng.uniform((35, 25), (70, 50)))[0] == cx:
+            return f
+    raise ValueError("no seed fits")
+"""
+
+
+def test_a_seed_is_not_found_by_trying(monkeypatch):
+    need_sandbox()
+    one = task(graded("03", submission("03", {5: GUESS}), seed=2, task_seconds=20.0), 5)
+    assert one["points"] == 0 and "no seed fits" in one["error"], one["error"]
+    weaken(monkeypatch, grade_submission, "fresh_cases", ("fresh(task, own,", "fresh(task, seed,"))
+    one = task(graded("03", submission("03", {5: GUESS}), seed=2, task_seconds=20.0), 5)
+    assert one["points"] > 0, one["error"]  # the control
