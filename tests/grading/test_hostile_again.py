@@ -37,8 +37,8 @@ def test_the_inputs_of_one_task_do_not_tell_those_of_another():
 GUESS = """
 import numpy as np
 def estimate_focal(pixels, depths, lengths, cx, cy):
-    for seed in range(50):
-        rng = np.random.default_rng([seed, 0])
+    for number in range(350):
+        rng = np.random.default_rng([number // 7, number % 7])
         f = float(rng.uniform(350, 900))
         if 319.5 + (rng.choice([-1.0, 1.0], 2) * rng.uniform((35, 25), (70, 50)))[0] == cx:
             return f
