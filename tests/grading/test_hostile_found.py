@@ -483,7 +483,7 @@ def test_nobody_hands_in_as_somebody_else(name, tmp_path, monkeypatch):
     path.write_bytes(submission("00", solved=True))
 
     def who() -> str:
-        [one] = read_class(path, lab="00", roster=ROSTER, limits=IntakeLimits(), store=tmp_path / "s")
+        [one], _ = read_class(path, lab="00", roster=ROSTER, limits=IntakeLimits(), store=tmp_path / "s")
         return one.student
 
     path = tmp_path / "class"

@@ -197,7 +197,7 @@ def test_files_beside_a_notebook_do_not_run_in_the_grader(tmp_path):
     (folder / "pytest.ini").write_text("[pytest]\naddopts = -p conftest\n")
     data = submission("00", solved=True)
     (folder / "00_start_here.ipynb").write_bytes(data)
-    found = read_class(tmp_path / "class", lab=None, roster=None, limits=IntakeLimits(), store=tmp_path / "store")
+    found, _ = read_class(tmp_path / "class", lab=None, roster=None, limits=IntakeLimits(), store=tmp_path / "store")
     assert [(one.student, one.lab, one.code) for one in found] == [("mallory", "00", "")]
     records = {}
     pool.grade_jobs([job("00", data)], 1, records.__setitem__)

@@ -31,7 +31,7 @@ ROSTER = Roster(
 
 def taken(folder: Path, roster: Roster | None = None, lab: str | None = None, **limits: int) -> list[Submission]:
     store = folder.parent / "store"
-    return read_class(folder, lab=lab, roster=roster, limits=IntakeLimits(**limits), store=store)
+    return read_class(folder, lab=lab, roster=roster, limits=IntakeLimits(**limits), store=store)[0]
 
 
 def put(folder: Path, name: str, data: bytes = DATA) -> Path:

@@ -10,7 +10,7 @@ import pytest
 
 from course_lib.authoring.tree import CourseError
 from course_lib.grading.intake.intake import Submission
-from course_lib.grading.ledger.ledger import Ledger
+from course_lib.grading.ledger.ledger import Decision, Ledger
 from course_lib.grading.records import FORMAT, Record
 
 UNDER = {"lab": "00", "lab_version": "v1", "environment": "e", "grader": "g", "isolation": "i", "per_student": False}
@@ -25,7 +25,7 @@ def one(student: str = "ann", digest: str = "a" * 64, **changed) -> Submission:
         path=f"{student}/lab.ipynb",
         received="",
         late=False,
-        attempt=1,
+        suffix=0,
         layout="folders",
     )
     return Submission(**values | changed)
@@ -70,8 +70,8 @@ def test_the_seed_is_kept_before_anything_is_graded(path):
 def test_a_submission_is_graded_once(path):
     with Ledger(path) as ledger:
         run = ledger.begin(seed=7, **UNDER)
-        [entry] = ledger.take(run, [one()])
-        assert ledger.take(run, [one()]) == [entry] and ledger.pending(run, [entry]) == [entry]
+        [entry] = ledger.take([one()])
+        assert ledger.take([one()]) == [entry] and ledger.pending(run, [entry]) == [entry]
         ledger.record(run, entry, record(run.seed, "infrastructure"))
         assert ledger.pending(run, [entry]) == [entry]
         ledger.record(run, entry, record(run.seed))
@@ -84,7 +84,7 @@ def test_a_submission_is_graded_once(path):
 def test_each_student_may_have_inputs_of_their_own(path):
     with Ledger(path) as ledger:
         run = ledger.begin(seed=7, **UNDER | {"per_student": True})
-        ann, bob = ledger.take(run, [one("ann"), one("bob", "b" * 64)])
+        ann, bob = ledger.take([one("ann"), one("bob", "b" * 64)])
         seeds = {ledger.seed_of(run, ann), ledger.seed_of(run, bob)}
         assert len(seeds) == 2 and run.seed not in seeds
         assert ledger.seed_of(run, ann) in seeds
@@ -102,16 +102,16 @@ def test_a_typed_seed_is_mixed_with_what_only_this_ledger_knows(path, tmp_path):
 def test_a_later_submission_of_a_student_is_asked_something_else(path):
     with Ledger(path) as ledger:
         run = ledger.begin(seed=None, **UNDER)
-        ann, bob, again = ledger.take(run, [one("ann"), one("bob", "b" * 64), one("ann", "c" * 64, path="2.ipynb")])
+        ann, bob, again = ledger.take([one("ann"), one("bob", "b" * 64), one("ann", "c" * 64, path="2.ipynb")])
         assert ledger.seed_of(run, ann) == ledger.seed_of(run, bob) == run.seed != ledger.seed_of(run, again)
 
 
 def test_records_and_decisions_cannot_be_changed_or_deleted(path):
     with Ledger(path) as ledger:
         run = ledger.begin(seed=7, **UNDER)
-        [entry] = ledger.take(run, [one()])
+        [entry] = ledger.take([one()])
         ledger.record(run, entry, record(run.seed))
-        ledger.decide("ann", "00", "00-1", "adjust", 0.5, "me", "because")
+        ledger.decide(Decision("ann", "00", "adjust", "me", "because", entry.id, "00-1", 0.5))
         for table in ("records", "decisions"):
             for words in (f"UPDATE {table} SET added = ''", f"DELETE FROM {table}"):
                 with pytest.raises(sqlite3.IntegrityError, match="never"):
@@ -151,8 +151,8 @@ def test_there_are_no_grades_yet(tmp_path):
 def test_a_person_says_whose_a_submission_is(path):
     with Ledger(path) as ledger:
         run = ledger.begin(seed=7, **UNDER)
-        ledger.take(run, [one("", named="who?", path="who/lab.ipynb")])
-        ledger.decide("ann", "00", "who/lab.ipynb", "assign", None, "me", "she said so")
+        [entry] = ledger.take([one("", named="who?", path="who/lab.ipynb")])
+        ledger.decide(Decision("ann", "00", "assign", "me", "she said so", entry.id))
         assert [entry.student for entry in ledger.entries("00")] == ["ann"]
 
 
@@ -170,7 +170,7 @@ def test_forgetting_leaves_no_byte(path, student):
         )
         for entry in (mine, shared, others):
             ledger.record(run, entry, record(run.seed, reason=f"of {entry.student}"))
-        ledger.decide(student, "00", "00-1", "adjust", 1.0, "me", f"because {student}")
+        ledger.decide(Decision(student, "00", "adjust", "me", f"because {student}", mine.id, "00-1", 1.0))
         ledger.set_settings("roster", {"people": [[student, student, ""], ["bob", "Bob", ""]]})
         ledger.set_settings("extensions", {"rows": [[student, "00", "excused"]]})
         assert ledger.forget(student) == ["a" * 64]
@@ -183,7 +183,7 @@ def test_the_full_disk_is_one_sentence(path):
     with Ledger(path) as ledger:
         ledger.db.execute("PRAGMA max_page_count = 20")
         run = ledger.begin(seed=7, **UNDER)
-        [entry] = ledger.take(run, [one()])
+        [entry] = ledger.take([one()])
         with pytest.raises(CourseError, match="could not be written .*full"):
             ledger.record(run, entry, record(run.seed, reason="x" * 200_000))
         ledger.record(run, entry, record(run.seed))

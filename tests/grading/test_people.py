@@ -44,8 +44,8 @@ def grades(tmp_path, records) -> Path:
         example = records["ann"][1]
         keys = {key: example[key] for key in ("lab", "lab_version", "environment", "grader", "isolation")}
         run = ledger.begin(seed=example["seed"], per_student=False, **keys)
-        found = read_class(folder, lab=None, roster=None, limits=IntakeLimits(), store=out / "originals")
-        for entry in ledger.take(run, found):
+        found, _ = read_class(folder, lab=None, roster=None, limits=IntakeLimits(), store=out / "originals")
+        for entry in ledger.take(found):
             ledger.record(run, entry, records[entry.student][1])
     return out
 

@@ -58,7 +58,7 @@ def test_a_mark_of_lateness_counts_where_the_time_is_unknown(policy):
 
 @pytest.mark.parametrize(("counts", "place"), [("last", 2), ("best", 1), ("first", 0), ("last-on-time", 1)])
 def test_which_attempt_counts(counts, place):
-    attempts = [Attempt(1, False, 3.0), Attempt(2, False, 9.0), Attempt(3, True, 5.0)]
+    attempts = [Attempt(1, False, 3.0, 3.0), Attempt(2, False, 9.0, 9.0), Attempt(3, True, 5.0, 5.0)]
     assert Policy(counts=counts).choose(attempts) == place
 
 

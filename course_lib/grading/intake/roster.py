@@ -17,10 +17,14 @@ import itertools
 import re
 import unicodedata
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from course_lib.authoring.tree import CourseError
+from course_lib.grading.safe_text import shown
+
+from .authorship import Author
 
 __all__ = ["Person", "Roster", "read_roster", "rows_of"]
 
@@ -40,12 +44,20 @@ class Roster:
 
     people: tuple[Person, ...]
 
-    def match(self, ids: tuple[str, ...], names: tuple[str, ...]) -> str:
-        """The id of the one person whom any of the ids, or else of the names, means; "" if nobody or several."""
-        found = {person.id for person in self.people if person.id in ids}
-        if not found:
-            wanted = {_letters(name) for name in names} - {""}
-            found = {person.id for person in self.people if _spellings(person.name) & wanted}
+    def match(self, who: Author) -> str:
+        """The id of the one person who is meant; "" if nobody or several, and a person decides.
+
+        A name counts only where the download gives no id: an unknown id is somebody who is not in the roster, and a
+        known one beside another person's name contradicts itself.
+        """
+        ids = {shown(name) for name in who.ids}
+        by_id = {person.id for person in self.people if person.id in ids}
+        wanted = {_letters(name) for name in who.names} - {""}
+        by_name = {person.id for person in self.people if _spellings(person.name) & wanted}
+        if who.layout in ("moodle", "canvas"):
+            found = by_id if not by_name or by_id <= by_name else set()
+        else:
+            found = by_id or by_name
         return found.pop() if len(found) == 1 else ""
 
     def person(self, student: str) -> Person | None:
@@ -68,6 +80,7 @@ def _letters(name: str) -> str:
     return "".join(letter for letter in plain if letter.isalnum())
 
 
+@lru_cache(maxsize=4096)
 def _spellings(name: str) -> set[str]:
     """A person's name in every order of its words, as downloads write it."""
     words = [letters for word in re.split(r"[\s,;_]+", name) if (letters := _letters(word))]
@@ -118,7 +131,7 @@ def read_roster(path: Path) -> Roster:
     """
     people: dict[str, Person] = {}
     for line, row in rows_of(path, ("id", "name")):
-        student = re.sub(r"^participant\s+", "", row["id"], flags=re.I)
+        student = shown(re.sub(r"^participant\s+", "", row["id"], flags=re.I))
         if not student:
             raise CourseError(f"{path.name}, line {line}: the id is missing.")
         if student in people:

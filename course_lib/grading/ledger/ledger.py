@@ -10,20 +10,22 @@ import hashlib
 import json
 import secrets
 import sqlite3
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import asdict, astuple, fields
 from pathlib import Path
 from typing import Any
 
 from filelock import FileLock, Timeout
 
 from course_lib.authoring.tree import CourseError
+from course_lib.grading.disks import DiskTrouble
 from course_lib.grading.intake.intake import Submission
-from course_lib.grading.ledger.rows import FIELDS, Decision, Entry, Run, now, run_of
 from course_lib.grading.records import Record
 from course_lib.grading.release.private import use_kept
 
-from .schema import SCHEMA, VERSION
+from .rows import TOLD, Decision, Entry, Run, now, row_of
+from .schema import NEWEST, SCHEMA, VERSION
 
 __all__ = ["Decision", "Entry", "Ledger", "Run"]
 
@@ -42,7 +44,7 @@ class Ledger:
     Raises
     ------
     CourseError
-        If it is not there (for reading), is damaged, is of a newer course, or another grader writes to it.
+        If it is not there (for reading), is damaged, is of another course, or another grader writes to it.
     """
 
     def __init__(self, path: Path, write: bool = True) -> None:
@@ -59,9 +61,12 @@ class Ledger:
             except Timeout:
                 raise CourseError(f"another grader works on {self.path.parent}: wait until it has ended.") from None
             except OSError as error:
-                raise CourseError(f"{self.path.parent} cannot be written: {error.strerror}.") from error
+                raise DiskTrouble(self.path.parent, error.strerror or str(error)) from error
         try:
             self._open()
+        except sqlite3.OperationalError as error:
+            self._lock.release()
+            raise DiskTrouble(self.path, str(error)) from error
         except sqlite3.Error as error:
             self._lock.release()
             raise CourseError(f"{self.path} is no ledger, or damaged ({error}); it was left as it is.") from error
@@ -73,7 +78,7 @@ class Ledger:
 
     def _open(self) -> None:
         fresh = not self.path.exists()
-        self.db = sqlite3.connect(self.path, timeout=30, isolation_level=None)
+        self.db = self._connected()
         self.db.row_factory = sqlite3.Row
         self.db.execute("PRAGMA foreign_keys = ON")
         self.db.execute("PRAGMA secure_delete = ON")
@@ -85,8 +90,21 @@ class Ledger:
         elif "about" not in tables:
             raise CourseError(f"{self.path} is no ledger of this course; it was left as it is.")
         version = self.db.execute("SELECT version FROM about").fetchone()[0]
-        if version > VERSION:
-            raise CourseError(f"{self.path} was made by a newer course: update this copy. It was left as it is.")
+        if version != VERSION:
+            do = "update this copy" if version > VERSION else "go on with that one, or grade into a new folder"
+            age = "a newer" if version > VERSION else "an older"
+            raise CourseError(f"{self.path} was made by {age} version of the course: {do}. It was left as it is.")
+
+    def _connected(self) -> sqlite3.Connection:
+        """The database; on a disk that cannot be written and where no grader left a log, read as it lies there."""
+        db = sqlite3.connect(self.path, timeout=30, isolation_level=None)
+        if not self._write and not Path(f"{self.path}-wal").exists():
+            try:
+                db.execute("SELECT 1 FROM sqlite_master")
+            except sqlite3.OperationalError:
+                db.close()
+                db = sqlite3.connect(f"{self.path.absolute().as_uri()}?immutable=1", uri=True, isolation_level=None)
+        return db
 
     def __exit__(self, *raised: object) -> None:
         self.db.close()
@@ -101,7 +119,7 @@ class Ledger:
         except sqlite3.OperationalError as error:
             if self.db.in_transaction:
                 self.db.execute("ROLLBACK")
-            raise CourseError(f"the ledger could not be written ({error}); what it held is safe.") from error
+            raise DiskTrouble(self.path, str(error)) from error
         except BaseException:
             if self.db.in_transaction:
                 self.db.execute("ROLLBACK")
@@ -119,34 +137,62 @@ class Ledger:
         environment: str,
         grader: str,
         isolation: str,
+        limits: str | None = None,
+        usual: str = "{}",
         draw: Callable[[str, Sequence[int]], int] = lambda lab, among: among[0],
     ) -> Run:
-        """The run to grade under: the one that went before under the same versions, or a new one.
+        """The run to grade under: the one that went before, or a new one with its seed.
 
-        Its seed is stored before anything is graded, so that a run that was killed goes on with the same inputs.
+        The seed is stored before anything is graded, so that a run that was killed goes on with the same inputs; and
+        everybody gets the same, also where the grader changed meanwhile. A new version of the lab draws anew.
 
         Parameters
         ----------
         seed : a number that a person typed; with the secret of this ledger it decides the run's. None is random.
+        limits : as JSON; None for those of the run that went before, or the usual ones.
         draw : chooses one of several seeds for a lab.
         """
         with self._all_or_nothing():
             among = self._seeds(seed)
             rows = self.db.execute(
-                "SELECT * FROM runs WHERE lab = ? AND lab_version = ? AND environment = ? AND grader = ? "
-                "AND per_student = ? ORDER BY id DESC",
-                (lab, lab_version, environment, grader, per_student),
-            ).fetchall()
-            fitting = [row for row in rows if seed is None or row["seed"] in among]
-            if fitting:
-                return run_of(fitting[0])
-            drawn = draw(lab, among)
-            self.db.execute(
-                "INSERT INTO runs (lab, lab_version, environment, grader, seed, per_student, isolation, started) "
-                "VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-                (lab, lab_version, environment, grader, drawn, per_student, isolation, now()),
+                "SELECT * FROM runs WHERE lab = ? AND lab_version = ? AND per_student = ? ORDER BY id DESC",
+                (lab, lab_version, per_student),
             )
-            return run_of(self.db.execute("SELECT * FROM runs WHERE id = last_insert_rowid()").fetchone())
+            before = [row_of(Run, row) for row in rows if seed is None or row["seed"] in among]
+            last = before[0] if before else None
+            return self._run(
+                Run(
+                    id=0,
+                    lab=lab,
+                    lab_version=lab_version,
+                    environment=environment,
+                    grader=grader,
+                    seed=last.seed if last else draw(lab, among),
+                    per_student=per_student,
+                    limits=limits or (last.limits if last else usual),
+                    isolation=isolation,
+                )
+            )
+
+    def begin_again(self, run: Run) -> Run:
+        """The run like this one, with its seed and limits, that is in the ledger; added if there is none."""
+        with self._all_or_nothing():
+            return self._run(run)
+
+    def _run(self, run: Run) -> Run:
+        values = {name: value for name, value in asdict(run).items() if name != "id"}
+        key = {name: value for name, value in values.items() if name != "isolation"}
+        same = " AND ".join(f"{name} = :{name}" for name in key)
+        found = self.db.execute(f"SELECT * FROM runs WHERE {same} ORDER BY id DESC", key).fetchone()
+        if found is None:
+            names = f"{', '.join(values)}, started) VALUES (:{', :'.join(values)}"
+            self.db.execute(f"INSERT INTO runs ({names}, :started)", values | {"started": now()})
+            found = self.db.execute("SELECT * FROM runs WHERE id = last_insert_rowid()").fetchone()
+        return row_of(Run, found)
+
+    def run(self, number: int) -> Run:
+        """A run by its id."""
+        return row_of(Run, self.db.execute("SELECT * FROM runs WHERE id = ?", (number,)).fetchone())
 
     def seed_of(self, run: Run, entry: Entry) -> int:
         """The seed of a submission's inputs: the run's, or one that follows from it.
@@ -180,55 +226,26 @@ class Ledger:
 
     # submissions
 
-    def take(self, run: Run, submissions: Sequence[Submission]) -> list[Entry]:
-        """Add what is new, and give the entries of all of them."""
+    def take(self, submissions: Sequence[Submission]) -> list[Entry]:
+        """Add what is new of one download, and give the entries of all of them."""
         with self._all_or_nothing():
+            download = self.db.execute("SELECT coalesce(max(download), 0) + 1 FROM entries").fetchone()[0]
             for one in submissions:
-                values = [getattr(one, name) for name in FIELDS]
+                # of what is here already, who it is may have become known since, from a better roster
                 self.db.execute(
-                    f"INSERT OR IGNORE INTO entries ({', '.join(FIELDS)}, added) "
-                    f"VALUES ({', '.join('?' * len(FIELDS))}, ?)",
-                    (*values, now()),
-                )
-                # who it is may have become known since, from a better roster
-                self.db.execute(
-                    "UPDATE entries SET student = ?, attempt = ? WHERE lab = ? AND sha256 = ? AND path = ? AND student "
-                    "IN ('', ?)",
-                    (one.student, one.attempt, one.lab, one.sha256, one.path, one.student),
+                    f"INSERT INTO entries ({', '.join(TOLD)}, download, added) VALUES ({'?, ' * len(TOLD)}?, ?) "
+                    "ON CONFLICT (lab, sha256, path) DO UPDATE SET student = excluded.student WHERE student = ''",
+                    (*astuple(one), download, now()),
                 )
         keys = {(one.lab, one.sha256, one.path) for one in submissions}
-        return [entry for entry in self.entries(run.lab) if (entry.lab, entry.sha256, entry.path) in keys]
+        return [entry for entry in self.entries() if (entry.lab, entry.sha256, entry.path) in keys]
 
     def entries(self, lab: str | None = None) -> list[Entry]:
-        """Every submission, with its student as a person may have decided."""
-        given = {
-            (row["lab"], row["task"]): row["student"]
-            for row in self.db.execute("SELECT * FROM decisions WHERE kind = 'assign' ORDER BY id")
-        }
-        rows = self.db.execute("SELECT * FROM entries WHERE ? IS NULL OR lab = ? ORDER BY id", (lab, lab))
-        found = []
-        for row in rows:
-            values = {name: row[name] for name in FIELDS}
-            student = given.get((row["lab"], row["path"]), row["student"])
-            found.append(Entry(**{**values, "late": bool(row["late"]), "student": student}, id=row["id"]))
-        return found
+        """Every submission as it stands now, in the order of arrival."""
+        rows = self.db.execute("SELECT * FROM attempts WHERE ? IS NULL OR lab = ? ORDER BY id", (lab, lab))
+        return [row_of(Entry, row) for row in rows]
 
     # records
-
-    def pending(self, run: Run, entries: Iterable[Entry]) -> list[Entry]:
-        """Those that have no grade under this run's versions and seed yet."""
-        return [entry for entry in entries if not self._graded(run, entry)]
-
-    def _graded(self, run: Run, entry: Entry) -> bool:
-        key = (entry.id, run.lab_version, run.environment, run.grader, self.seed_of(run, entry))
-        return (
-            self.db.execute(
-                "SELECT 1 FROM records WHERE entry = ? AND lab_version = ? AND environment = ? AND grader = ? "
-                "AND seed = ? AND status <> 'infrastructure'",
-                key,
-            ).fetchone()
-            is not None
-        )
 
     def record(self, run: Run, entry: Entry, record: Record) -> None:
         """Keep a record, at once and for good.
@@ -236,25 +253,13 @@ class Ledger:
         Raises
         ------
         CourseError
-            If this submission already has a grade under these versions and this seed.
+            If this submission has been graded in this run.
         """
         try:
             with self._all_or_nothing():
                 self.db.execute(
-                    "INSERT INTO records "
-                    "(entry, lab_version, environment, grader, seed, status, points, record, added) "
-                    "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
-                    (
-                        entry.id,
-                        record["lab_version"],
-                        record["environment"],
-                        record["grader"],
-                        record["seed"],
-                        record["status"],
-                        record["points"],
-                        json.dumps(record),
-                        now(),
-                    ),
+                    "INSERT INTO records (entry, run, status, record, added) VALUES (?, ?, ?, ?, ?)",
+                    (entry.id, run.id, record["status"], json.dumps(record), now()),
                 )
         except sqlite3.IntegrityError as error:
             raise CourseError(f"{entry.path} has been graded already; nothing was changed.") from error
@@ -266,33 +271,27 @@ class Ledger:
 
     def newest(self, entry: Entry) -> Record | None:
         """The record that counts: the newest grade, or else the newest failure to grade."""
-        records = self.records(entry)
-        graded = [record for record in records if record["status"] != "infrastructure"]
-        return (graded or records or [None])[-1]
+        row = self.db.execute(f"SELECT record FROM records WHERE id = {NEWEST.format('?')}", (entry.id,)).fetchone()
+        return json.loads(row["record"]) if row else None
 
     # decisions
 
-    def decide(self, student: str, lab: str, task: str, kind: str, points: float | None, who: str, reason: str) -> None:
-        """Append what a person decided."""
-        self.decide_all([(student, lab, task, kind, points, who, reason)])
-
-    def decide_all(self, rows: Sequence[tuple[str, str, str, str, float | None, str, str]]) -> None:
-        """Append several decisions, all or none."""
+    def decide(self, *decisions: Decision) -> None:
+        """Append what a person decided, all or none."""
+        names = [field.name for field in fields(Decision)]
         with self._all_or_nothing():
             self.db.executemany(
-                "INSERT INTO decisions (student, lab, task, kind, points, who, reason, added) "
-                "VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-                [(*row, now()) for row in rows],
+                f"INSERT INTO decisions ({', '.join(names)}) VALUES (:{', :'.join(names)})",
+                [asdict(one) | {"added": now()} for one in decisions],
             )
 
     def decisions(self, student: str | None = None, lab: str | None = None) -> list[Decision]:
         """What people decided, the oldest first."""
         rows = self.db.execute(
-            "SELECT student, lab, task, kind, points, who, reason, added FROM decisions "
-            "WHERE (? IS NULL OR student = ?) AND (? IS NULL OR lab = ?) ORDER BY id",
+            "SELECT * FROM decisions WHERE (? IS NULL OR student = ?) AND (? IS NULL OR lab = ?) ORDER BY id",
             (student, student, lab, lab),
         )
-        return [Decision(*row) for row in rows]
+        return [row_of(Decision, row) for row in rows]
 
     # settings
 

@@ -38,6 +38,7 @@ from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
 from course_lib.authoring.tree import CourseError, nearest
 from course_lib.grading.intake.roster import rows_of
+from course_lib.grading.safe_text import shown
 
 __all__ = ["Attempt", "Extensions", "Policy", "read_extensions", "read_policy"]
 
@@ -47,11 +48,12 @@ KEYS = ("timezone", "counts", "grace_minutes", "due", "steps")
 
 @dataclass(frozen=True)
 class Attempt:
-    """One attempt of a student at a lab; `points` after what lateness took."""
+    """One attempt of a student at a lab; `points` after what lateness took, `most` if a person gave all that is open."""
 
     number: int
     late: bool
     points: float
+    most: float
 
 
 @dataclass(frozen=True)
@@ -120,12 +122,12 @@ class Policy:
         return time if time.tzinfo else time.replace(tzinfo=ZoneInfo(self.timezone))
 
     def choose(self, attempts: Sequence[Attempt]) -> int:
-        """The place of the attempt that counts."""
+        """The place of the attempt that counts; the best is the one that can still become it, while a person decides."""
         places = range(len(attempts))
         if self.counts == "first":
             return min(places, key=lambda i: attempts[i].number)
         if self.counts == "best":
-            return max(places, key=lambda i: (attempts[i].points, attempts[i].number))
+            return max(places, key=lambda i: (attempts[i].most, attempts[i].points, attempts[i].number))
         on_time = [i for i in places if not attempts[i].late]
         if self.counts == "last-on-time" and on_time:
             return max(on_time, key=lambda i: attempts[i].number)
@@ -211,5 +213,5 @@ def read_extensions(path: Path) -> Extensions:
         if not row["student"]:
             raise CourseError(f"{where}: the student is missing.")
         excused = row["due"].lower() == "excused"
-        rows[row["student"], _lab(where, row["lab"])] = "excused" if excused else _due(where, row["lab"], row["due"])
+        rows[shown(row["student"]), _lab(where, row["lab"])] = "excused" if excused else _due(where, row["lab"], row["due"])
     return Extensions(rows)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import base64
+import json
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -16,9 +16,11 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from course_lib import tasks
 from course_lib.authoring.tree import CourseError
-from course_lib.grading.intake.intake import IntakeLimits, Submission, original, read_class
+from course_lib.grading.disks import disk_told
+from course_lib.grading.intake.intake import IntakeLimits, Submission, read_class
 from course_lib.grading.intake.roster import read_roster
-from course_lib.grading.ledger.ledger import Entry, Ledger, Run
+from course_lib.grading.ledger.attempts import standings
+from course_lib.grading.ledger.ledger import Entry, Ledger
 from course_lib.grading.ledger.policy import read_extensions, read_policy
 from course_lib.grading.records import Record
 from course_lib.grading.release.private import keep_private, use_kept
@@ -26,6 +28,7 @@ from course_lib.grading.release.released import released_lab
 from course_lib.grading.run.grade_submission import grader_version, held_by, unreadable_record
 from course_lib.grading.run.limits import Limits, read_limits
 from course_lib.grading.run.pool import good_workers, grade_jobs
+from course_lib.grading.run.regrade import Engine, job_of, outdated
 from course_lib.grading.run.sandbox import NoSandbox, machine
 from course_lib.grading.run.seeds import draw_seed
 from course_lib.grading.safe_text import clean
@@ -36,7 +39,6 @@ EXIT = {"all": 0, "person": 1, "usage": 2, "no sandbox": 3, "infrastructure": 4,
 """Exit codes: all graded; some need a person; usage; no sandbox; infrastructure failures are left; interrupted."""
 
 MOST_LINE = 2_000
-Engine = Callable[[Sequence[dict[str, Any]], Callable[[int, Record], None]], None]
 
 
 @dataclass(frozen=True)
@@ -95,13 +97,13 @@ def grade(workers: int | None, dask: str | None, trust: bool, limits: Path | Non
             "--sandbox none runs submitted code with your rights, on your files: add --i-trust-these-submissions "
             "if you wrote them yourself."
         )
-    settings = Settings(limits=read_limits(limits), **told)
+    settings = Settings(limits=read_limits(limits) if limits else None, **told)
     try:
         held_by(settings.sandbox)
     except NoSandbox as error:
         click.echo(str(error), err=True)
         sys.exit(EXIT["no sandbox"])
-    count = workers or good_workers(settings.limits.memory_mb)
+    count = workers or good_workers((settings.limits or read_limits()).memory_mb)
     try:
         code = grade_folder(settings, _engine(dask, count), Console())
     except CourseError as error:
@@ -131,16 +133,17 @@ def grade_folder(settings: Settings, engine: Engine, console: Console) -> int:
         If a file that was named cannot be used, or another grader works on the same ledger.
     """
     roster = read_roster(settings.roster) if settings.roster else None
-    settings.out.mkdir(parents=True, exist_ok=True)
-    if settings.private_tasks is not None:
-        keep_private(settings.private_tasks, settings.out)
-    else:
+    with disk_told(settings.out):
+        settings.out.mkdir(parents=True, exist_ok=True)
+        if settings.private_tasks is not None:
+            keep_private(settings.private_tasks, settings.out)
+    if settings.private_tasks is None:
         use_kept(settings.out)
     if settings.lab is not None:
         released_lab(settings.lab)
     with Ledger(settings.out / "ledger.sqlite") as ledger:
         _keep_settings(ledger, settings, roster)
-        found = read_class(
+        found, left = read_class(
             settings.folder,
             lab=settings.lab,
             roster=roster,
@@ -152,12 +155,15 @@ def grade_folder(settings: Settings, engine: Engine, console: Console) -> int:
         if not found:
             raise CourseError(f"{settings.folder} holds no submission{_of(settings.student)}: is it the right folder?")
         tally = _Tally(console)
+        for path in left:
+            tally.say(f"  {path} is left out: it is no notebook.")
         for number in sorted({one.lab for one in found}):
             some = [one for one in found if one.lab == number]
             if number in tasks.lab_numbers():
                 _grade_lab(ledger, settings, number, some, engine, tally)
             else:
-                _wait_for_lab(ledger, some, tally)
+                for entry in ledger.take(some):
+                    tally.person(entry.path, entry.trouble or "no lab fits it; say which with --lab NAME.")
         return tally.finish()
 
 
@@ -178,23 +184,39 @@ def _keep_settings(ledger: Ledger, settings: Settings, roster: Any) -> None:
 def _grade_lab(
     ledger: Ledger, settings: Settings, number: str, found: list[Submission], engine: Engine, tally: _Tally
 ) -> None:
-    lab = released_lab(number)
+    entries = ledger.take(found)
+    pending = [entry for entry in entries if entry.status in ("", "infrastructure")]
+    tally.say(f"Lab {number}: {len(entries)} handed in, {len(pending)} to grade.")
+    if len(pending) < len(entries):
+        old = {entry.id for _, entry, _ in outdated(ledger, [number])} & {entry.id for entry in entries}
+        why = f", {len(old)} of them by an earlier version of lab or grader" if old else ""
+        tally.say(
+            f"  {len(entries) - len(pending)} are graded already{why}, and stay as they are: "
+            f"`course.py regrade {number} --dry-run --grades {settings.out}` says what would change."
+        )
+    if pending:
+        _grade_pending(ledger, settings, number, pending, engine, tally)
+    tally.count(ledger, number, entries)
+
+
+def _grade_pending(
+    ledger: Ledger, settings: Settings, number: str, pending: list[Entry], engine: Engine, tally: _Tally
+) -> None:
     run = ledger.begin(
         lab=number,
-        lab_version=lab.version,
+        lab_version=released_lab(number).version,
         seed=settings.seed,
         per_student=settings.seed_per_student,
         environment=machine(),
         grader=grader_version(),
         isolation=held_by(settings.sandbox).words,
+        limits=json.dumps(settings.limits.as_dict()) if settings.limits else None,
+        usual=json.dumps(read_limits().as_dict()),
         draw=draw_seed,
     )
-    entries = ledger.take(run, found)
-    pending = ledger.pending(run, entries)
-    tally.say(f"Lab {number}: {len(entries)} handed in, {len(pending)} to grade, seed {run.seed}.")
     ready: list[tuple[Entry, dict[str, Any]]] = []
     for entry in pending:
-        job = _job(ledger, run, entry, settings)
+        job = job_of(settings.out / "originals", run, entry, ledger.seed_of(run, entry), settings.sandbox)
         if entry.trouble:
             ledger.record(run, entry, unreadable_record(job, entry.code, entry.trouble))
         else:
@@ -208,30 +230,6 @@ def _grade_lab(
     if ready:
         with tally.progress(len(ready)):
             engine([job for _, job in ready], keep)
-    for entry in entries:
-        tally.count(entry, ledger.newest(entry))
-
-
-def _job(ledger: Ledger, run: Run, entry: Entry, settings: Settings) -> dict[str, Any]:
-    data = original(settings.out / "originals", entry.sha256) if entry.sha256 and not entry.trouble else b""
-    return {
-        "submission": entry.sha256,
-        "notebook": base64.b64encode(data).decode(),
-        "lab": run.lab,
-        "seed": ledger.seed_of(run, entry),
-        "sandbox": settings.sandbox,
-        "limits": (settings.limits or read_limits()).as_dict(),
-    }
-
-
-def _wait_for_lab(ledger: Ledger, found: list[Submission], tally: _Tally) -> None:
-    """Submissions of no known lab: kept, and shown to a person."""
-    run = ledger.begin(
-        lab="", lab_version="", seed=0, per_student=False, environment="", grader=grader_version(), isolation=""
-    )
-    for entry in ledger.take(run, found):
-        tally.count(entry, None)
-        tally.say(f"  {entry.path}: {entry.trouble or 'no lab fits it; say which with --lab NAME.'}")
 
 
 class _Tally:
@@ -245,7 +243,7 @@ class _Tally:
         self._started = time.monotonic()
 
     def say(self, text: str) -> None:
-        self.console.print(clean(text, MOST_LINE), markup=False, highlight=False)
+        self.console.print(clean(text, MOST_LINE), markup=False, highlight=False, soft_wrap=True)
 
     def progress(self, total: int) -> Progress:
         self._bar = Progress(
@@ -269,16 +267,24 @@ class _Tally:
         if self._bar is not None:
             self._bar.advance(self._task)
 
-    def count(self, entry: Entry, record: Record | None) -> None:
-        if record is not None and record["status"] == "infrastructure":
-            self.counts["infrastructure"] += 1
-        elif record is None or record["status"] == "unreadable" or not entry.student:
-            self.counts["person"] += 1
-            if record is not None:
-                why = record["reason"] or "matches nobody in the roster"
-                self.say(f"  {entry.path} needs a person: {why}")
-        else:
-            self.counts["graded"] += 1
+    def person(self, what: str, why: str) -> None:
+        self.counts["person"] += 1
+        self.say(f"  {what} needs a person: {why}")
+
+    def count(self, ledger: Ledger, number: str, entries: list[Entry]) -> None:
+        """Count whose submissions came at a lab, by what counts of each now."""
+        students, here = {entry.student for entry in entries} - {""}, {entry.id for entry in entries}
+        failed = [one for one in ledger.entries(number) if one.id in here and one.status == "infrastructure"]
+        self.counts["infrastructure"] += len(failed)
+        for one in standings(ledger, number):
+            if one.entry is None or not (one.student in students or one.entry.id in here):
+                continue
+            if one.entry.id not in here:
+                self.say(f"  {one.student}: an attempt of another download counts, {one.entry.path}.")
+            if one.waits:
+                self.person(one.entry.path, one.waits)
+            elif one.status != "infrastructure":
+                self.counts["graded"] += 1
 
     def finish(self) -> int:
         self.say(

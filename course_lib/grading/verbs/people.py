@@ -11,10 +11,9 @@ from rich.table import Table
 
 from course_lib import tasks
 from course_lib.authoring.tree import CourseError
-from course_lib.grading.ledger.attempts import standings
-from course_lib.grading.ledger.ledger import Ledger
-from course_lib.grading.ledger.resolve import find_lab, find_standing, find_task
-from course_lib.grading.safe_text import clean
+from course_lib.grading.ledger.ledger import Decision, Ledger
+from course_lib.grading.ledger.resolve import find_lab, find_standing, find_submission, find_task
+from course_lib.grading.safe_text import clean, shown
 
 from .tell import grades_option
 
@@ -76,7 +75,7 @@ def regrade(
         for one in changed:
             kept = never_lower and one.new < one.old
             points = f"{one.old:g}, kept" if kept else f"{one.old:g} -> {one.new:g}"
-            table.add_row(clean(one.student), one.task, points, clean(one.why))
+            table.add_row(clean(one.entry.student or one.entry.named), one.task, points, clean(one.why))
         Console(markup=False, highlight=False).print(table)
         if dry_run:
             click.echo("Nothing was changed (--dry-run).")
@@ -94,7 +93,7 @@ def regrade(
 @grades_option
 @click.option("--points", type=float, metavar="N", help="What the task is to count.")
 @click.option("--excuse", is_flag=True, help="Excuse from the whole lab (TASK is then `all`); this is not 0.")
-@click.option("--assign", is_flag=True, help="Give a waiting submission to STUDENT; TASK is then its path.")
+@click.option("--assign", is_flag=True, help="Give a waiting submission to STUDENT; TASK is its number or path.")
 @click.option("--by", "who", required=True, metavar="WHO")
 @click.option("--reason", required=True, metavar="TEXT")
 def adjust(
@@ -116,29 +115,26 @@ def adjust(
         raise click.UsageError("say one of --points N, --excuse and --assign.")
     number = find_lab(lab)
     with _ledger(grades, write=True) as ledger:
+        student = shown(student)
         if assign:
-            paths = [entry.path for entry in ledger.entries(number) if not entry.student]
-            if task not in paths:
-                raise CourseError(
-                    f"no submission {task!r} waits; waiting are: {', '.join(map(clean, paths)) or 'none'}."
-                )
-            ledger.decide(student, number, task, "assign", None, who, reason)
-            click.echo(f"{task} is now {student}'s.")
+            entry = find_submission(ledger, number, task)
+            ledger.decide(Decision(student, number, "assign", who, reason, entry.id))
+            click.echo(f"{clean(entry.path)} is now {clean(student)}'s.")
             return
         one = find_standing(ledger, student, number)
         if excuse:
             if task != "all":
                 raise click.UsageError("one is excused from a whole lab: write `all` for TASK.")
-            ledger.decide(student, number, "all", "excuse", None, who, reason)
+            ledger.decide(Decision(student, number, "excuse", who, reason))
             click.echo(f"{student} is excused from lab {number}.")
             return
         which = find_task(number, task)
         if not 0 <= points <= which.points:
             raise CourseError(f"{points:g} points are not between 0 and {which.points:g}.")
         before = next((item.points for item in one.tasks if item.id == which.id), None)
-        if before is None:
+        if before is None or one.entry is None:
             raise CourseError(f"{student} has no graded submission of lab {number} whose points could change.")
-        ledger.decide(student, number, which.id, "adjust", points, who, reason)
+        ledger.decide(Decision(student, number, "adjust", who, reason, one.entry.id, which.id, points))
     click.echo(f"{student}, {which.id}: {before:g} -> {points:g} of {which.points:g}.")
 
 
@@ -186,7 +182,7 @@ def explain(student: str | None, lab: str | None, task: str | None, grades: Path
 
     with _ledger(grades) as ledger:
         if not student:
-            found = list(waiting(standings(ledger)))
+            found = list(waiting(ledger))
             click.echo("\n".join(found) or "Nothing waits for a person.")
             return
         if not (lab and task):
