@@ -53,7 +53,7 @@ def rerun(
     engine: Callable[[Sequence[dict[str, Any]], Callable[[int, Record], None]], None],
 ) -> list[Record]:
     """Grade again; in the order of `found`."""
-    held_by(sandbox)
+    held_by(sandbox, store)
     jobs = [
         {
             "submission": entry.sha256,
