@@ -212,7 +212,7 @@ def test_without_a_sandbox_nothing_is_graded(tmp_path, monkeypatch):
     (tmp_path / "class" / "ann").mkdir(parents=True)
     (tmp_path / "class" / "ann" / NAME).write_bytes(submission("00", solved=True))
 
-    def forbidden(kind):
+    def forbidden(kind, *own):
         raise NoSandbox("bubblewrap is not installed: sudo apt-get install bubblewrap.")
 
     monkeypatch.setattr(grade_verb, "held_by", forbidden)

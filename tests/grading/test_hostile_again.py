@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import os
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,7 +12,8 @@ from grading_helpers import graded, need_sandbox, submission, task
 from test_hostile_found import weaken
 
 from course_lib import tasks
-from course_lib.grading.run import grade_submission
+from course_lib.grading.run import grade_submission, sandbox
+from course_lib.grading.run.sandbox import NoSandbox, probe_sandbox
 
 pytestmark = pytest.mark.slow
 
@@ -53,3 +56,23 @@ def test_a_seed_is_not_found_by_trying(monkeypatch):
     weaken(monkeypatch, grade_submission, "fresh_cases", ("fresh(task, own,", "fresh(task, seed,"))
     one = task(graded("03", submission("03", {5: GUESS}), seed=2, task_seconds=20.0), 5)
     assert one["points"] > 0, one["error"]  # the control
+
+
+# What lies where the sandbox looks
+
+
+def test_grades_below_a_folder_that_is_seen_inside_are_refused():
+    need_sandbox()
+    with pytest.raises(NoSandbox, match="/usr/lib/grades lies in /usr/lib, which submitted code can read"):
+        probe_sandbox((Path("/usr/lib/grades"),))
+    with pytest.raises(NoSandbox, match="which submitted code can read"):
+        probe_sandbox((Path(os.__file__).parent / "course",))
+    assert probe_sandbox((Path("/usr/src/grades"),)).kind == "bwrap"  # of /usr there are only the libraries
+
+
+def test_the_probe_looks_for_the_files_of_this_course(monkeypatch):
+    need_sandbox()
+    held, bound = probe_sandbox(), sandbox._bound()
+    assert sandbox._look(held, [sandbox.ROOT]) == ""
+    monkeypatch.setattr(sandbox, "_bound", lambda: [*bound, str(sandbox.ROOT)])
+    assert f"{sandbox.ROOT}/course.py" in sandbox._look(held, [sandbox.ROOT])

@@ -99,7 +99,7 @@ def grade(workers: int | None, dask: str | None, trust: bool, limits: Path | Non
         )
     settings = Settings(limits=read_limits(limits) if limits else None, **told)
     try:
-        held_by(settings.sandbox)
+        held_by(settings.sandbox, settings.folder, settings.out)
     except NoSandbox as error:
         click.echo(str(error), err=True)
         sys.exit(EXIT["no sandbox"])
