@@ -490,12 +490,12 @@ def test_nobody_hands_in_as_somebody_else(name, tmp_path, monkeypatch):
     assert who() in ("1001", "")
     from course_lib.grading.intake import authorship, intake
 
-    def innermost(parts: tuple[str, ...]) -> tuple[str, tuple[str, ...], tuple[str, ...], bool, int]:
+    def innermost(parts: tuple[str, ...]) -> authorship.Author:
         for part in (*parts[:-1][::-1], parts[-1]):
             if moodle := authorship._MOODLE.match(part):
-                return "moodle", (moodle["id"],), (moodle["name"],), False, 0
+                return authorship.Author("moodle", (moodle["id"],), (), False, 0)
         if canvas := authorship._CANVAS.match(parts[-1]):
-            return "canvas", (canvas["id"],), (canvas["name"],), False, 0
+            return authorship.Author("canvas", (canvas["id"],), (), False, 0)
         raise AssertionError(parts)
 
     monkeypatch.setattr(intake, "author", innermost)
@@ -536,7 +536,9 @@ def test_names_do_not_speak_to_the_terminal(tmp_path, monkeypatch):
     for name in ("verbs.grade", "tell.explain"):
         module: ModuleType = sys.modules[f"course_lib.grading.{name}"]
         monkeypatch.setattr(module, "clean", lambda text, most=0: str(text))
-    assert "\x1b" in shown(tmp_path / "d")  # the control
+    assert "\x1b" not in shown(tmp_path / "d")  # paths and ids are visible from the beginning
+    monkeypatch.setattr(sys.modules["course_lib.grading.intake.intake"], "shown", str)
+    assert "\x1b" in shown(tmp_path / "e")  # the control
 
 
 @pytest.mark.parametrize("text", ["x;=1+1", "x; @SUM(A1)", 'x;"=cmd|x', "x;\u200b=1", "a;b;-1+1"])

@@ -60,7 +60,9 @@ def zipped(files: dict[str, bytes]) -> bytes:
         (f"Jane Doe_12345_assignsubmission_file_{NAME}", "12345", "moodle", False),
         (f"doejane_12345_67890_{NAME}", "12345", "canvas", False),
         (f"doejane_LATE_12345_67890_{NAME}", "12345", "canvas", True),
-        (f"perezjose_99999_67890_{NAME}", "12346", "canvas", False),
+        (f"perezjose_99999_67890_{NAME}", "", "canvas", False),  # an id was given, and is nobody's
+        (f"Jane Doe_99999_assignsubmission_file_/{NAME}", "", "moodle", False),
+        (f"Jane Doe_12346_assignsubmission_file_/{NAME}", "", "moodle", False),  # one's name, another's id
         (f"12345_{NAME}", "12345", "loose", False),
         ("12345.ipynb", "12345", "loose", False),
         (f"jose perez {NAME}", "12346", "loose", False),
@@ -90,12 +92,12 @@ def test_names_that_are_no_utf8(tmp_path):
     assert one.student == "na\\xefve" and one.path.encode("utf-8")
 
 
-def test_attempts_are_numbered_by_suffix_and_then_time(tmp_path):
-    for suffix, second in (("-2", 3), ("", 1), ("-1", 2)):
+def test_submissions_are_ordered_by_time_and_then_suffix(tmp_path):
+    for suffix, second in (("-2", 2), ("", 1), ("-1", 2)):
         path = put(tmp_path / "class", f"doejane_12345_6789{second}_00_start_here{suffix}.ipynb", DATA + b" " * second)
         os.utime(path, (second, second))
     found = taken(tmp_path / "class", ROSTER)
-    assert [one.attempt for one in found] == [1, 2, 3]
+    assert [one.suffix for one in found] == [0, 1, 2]
     assert [one.path[-9:] for one in found] == ["ere.ipynb", "e-1.ipynb", "e-2.ipynb"]
 
 

@@ -78,7 +78,7 @@ def test_adjust_appends(grades):
         (("bob", "00", "9", "--points", "1"), "no task '9'"),
         (("bob", "00", "1", "--points", "2"), "not between 0 and 1"),
         (("bob", "00", "1", "--points", "-1"), "not between 0 and 1"),
-        (("bob", "00", "x.ipynb", "--assign"), "waits"),
+        (("bob", "00", "x.ipynb", "--assign"), "waiting are: none"),
     ],
 )
 def test_adjust_refuses_in_one_sentence(grades, words, sentence):
