@@ -493,9 +493,9 @@ def test_nobody_hands_in_as_somebody_else(name, tmp_path, monkeypatch):
     def innermost(parts: tuple[str, ...]) -> authorship.Author:
         for part in (*parts[:-1][::-1], parts[-1]):
             if moodle := authorship._MOODLE.match(part):
-                return authorship.Author("moodle", (moodle["id"],), (), False, 0)
+                return authorship.Author("moodle", (moodle["id"],), ("",), False, 0)
         if canvas := authorship._CANVAS.match(parts[-1]):
-            return authorship.Author("canvas", (canvas["id"],), (), False, 0)
+            return authorship.Author("canvas", (canvas["id"],), ("",), False, 0)
         raise AssertionError(parts)
 
     monkeypatch.setattr(intake, "author", innermost)

@@ -42,8 +42,10 @@ class Answer:
 
     Parameters
     ----------
-    state : "found", "stub" (as released), "missing", or "broken" (not Python; `trouble` says why).
+    state : "found", "stub" (as released), "missing", "broken" (not Python), or "text" (it stands in a cell that is
+        never run, so that a person must look).
     source : the learner's code for it, helpers first.
+    trouble : what is wrong where it is broken or a text.
     pieces : the same as cells to run.
     """
 
@@ -96,7 +98,7 @@ def rebuild(nb: NotebookNode, lab: ReleasedLab) -> Rebuilt:
         for statement in cell.tree.body
         if normal(statement) not in released_statements
     ]
-    chosen = [_choose(slot, lab, cells, notices) for slot in lab.slots]
+    chosen = [_choose(slot, lab, nb, cells, notices) for slot in lab.slots]
     binding: dict[str, list[tuple[_Cell, ast.stmt]]] = {}
     for cell, statement in own:
         for name in bound(statement):
@@ -132,17 +134,17 @@ def _cells(nb: NotebookNode) -> list[_Cell]:
     found = []
     heading = 0
     for place, cell in enumerate(nb.cells):
-        if cell.cell_type == "markdown":
-            seen = task_heading(cell.source)
-            heading = seen.number if seen else heading
-        elif cell.cell_type == "code":
+        heading = _heading(cell, heading)
+        if cell.cell_type == "code":
             source = plain_python(cell.source)
             tree, trouble = parse(source)
             found.append(_Cell(place, str(cell.get("id", "")), heading, source, tree, trouble))
     return found
 
 
-def _choose(slot: Slot, lab: ReleasedLab, cells: Sequence[_Cell], notices: list[Notice]) -> tuple[Answer, _Cell | None]:
+def _choose(
+    slot: Slot, lab: ReleasedLab, nb: NotebookNode, cells: Sequence[_Cell], notices: list[Notice]
+) -> tuple[Answer, _Cell | None]:
     """Find the cell that holds the answer of one task."""
     name, number = slot.function, slot.task.number
     stub = normal(parse(slot.stub)[0] or ast.Module([], []))
@@ -165,6 +167,10 @@ def _choose(slot: Slot, lab: ReleasedLab, cells: Sequence[_Cell], notices: list[
             slot,
             f"{name} is written in {len(worked)} cells; the one that counts is cell {chosen.place + 1}.",
         )
+    if chosen is None and (place := _place_in_text(slot, nb, lab)) is not None:
+        text = f"the answer stands in cell {place + 1}, which is a text cell and is not run: a person looks at it."
+        _say(notices, "text cell", slot, text)
+        return Answer(slot, "text", nb.cells[place].source, f"Task {slot.task.number}: {text}"), None
     if chosen is None:
         state = "stub" if candidates else "missing"
         if state == "missing":
@@ -175,6 +181,31 @@ def _choose(slot: Slot, lab: ReleasedLab, cells: Sequence[_Cell], notices: list[
     if chosen.tree is None:
         return Answer(slot, "broken", chosen.source, chosen.trouble), chosen
     return Answer(slot, "found", chosen.source), chosen
+
+
+def _place_in_text(slot: Slot, nb: NotebookNode, lab: ReleasedLab) -> int | None:
+    """The place of a text cell that holds the answer of a task; None where there is none.
+
+    It is the cell that was the task's, or holds its function; of a task to explain also own words below its heading.
+    """
+    wanted = re.compile(rf"^[ \t]*(async )?def {slot.function}\b", re.M)
+    heading = 0
+    for place, cell in enumerate(nb.cells):
+        heading = _heading(cell, heading)
+        if cell.cell_type == "code" or cell.source.strip() in lab.texts | {slot.stub.strip()}:
+            continue
+        words = slot.task.kind == "explain" and heading == slot.task.number
+        if words and cell.source.strip() and not re.search(r"^[ \t]*(#|<details)", cell.source, re.M):
+            return place
+        if cell.get("id", "") == slot.cell or wanted.search(cell.source):
+            return place
+    return None
+
+
+def _heading(cell: NotebookNode, above: int) -> int:
+    """The number of the task whose heading stands in or above a cell."""
+    seen = task_heading(cell.source) if cell.cell_type == "markdown" else None
+    return seen.number if seen else above
 
 
 def _fill(

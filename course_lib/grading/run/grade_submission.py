@@ -49,6 +49,11 @@ SYSTEM_ERRORS = (
     ("Resource temporarily unavailable", "threads"),
 )
 """What the system says inside when a limit strikes there, and which limit it is."""
+NOT_THERE = (
+    ("FileNotFoundError", "No file of your own is there when a lab is graded."),
+    ("StdinNotImplementedError", "Nobody is there to answer input() when a lab is graded."),
+)
+"""What Python says inside of what every learner has and no graded notebook."""
 
 
 class Job(TypedDict):
@@ -207,17 +212,23 @@ def _grade(job: Job, record: Record, prepared: Prepared, held: Held, limits: Lim
         for answer in rebuilt.answers
     ]
     for task in record["tasks"]:
-        if task["status"] == "raised":
-            task["error"] += _limit_behind(task["error"], limits)
+        if task["points"] < task["max"]:
+            task["error"] = _with_causes(task, done[task["id"]].raised.get(task["id"], ""), limits)
     record["points"] = round(sum(task["points"] for task in record["tasks"]), 2)
 
 
-def _limit_behind(error: str, limits: Limits) -> str:
-    """The limit that an error of the system inside comes from, as a sentence; "" where none does."""
-    for words, name in SYSTEM_ERRORS:
-        if words in error:
-            return f" That is a limit of grading: {name} = {getattr(limits, name):g}."
-    return ""
+def _with_causes(task: TaskRecord, raised: str, limits: Limits) -> str:
+    """The error with what lies behind it: a line of the cell that failed first, a limit, what is not there.
+
+    It stands before the inputs, which a student is not told.
+    """
+    error, given, inputs = task["error"].partition(" It was given ")
+    if raised and raised not in error:
+        error += f" Before that, {raised}."
+    if task["status"] == "raised":
+        name = next((name for words, name in SYSTEM_ERRORS if words in error), "")
+        error += f" That is a limit of grading: {name} = {getattr(limits, name):g}." if name else ""
+    return "".join([error, *(f" {text}" for word, text in NOT_THERE if word in error), given, inputs])
 
 
 def fresh_cases(task: tasks.Task, seed: int) -> tuple[tasks.Case, ...]:
@@ -241,6 +252,9 @@ def _judge(answer: Answer, cases: tuple[tasks.Case, ...], run: Run, refused: str
     task = answer.slot.task
     if answer.state == "stub":
         return _task_record(task, "not started", "not started", "", answer)
+    if answer.state == "text":
+        record = _task_record(task, "by hand", "text cell", answer.trouble, answer)
+        return {**record, "text": record["source"]}
     if answer.state == "missing":
         return _task_record(task, "missing", "missing", f"No cell defines {task.function}.", answer)
     if answer.state == "broken":
@@ -250,7 +264,7 @@ def _judge(answer: Answer, cases: tuple[tasks.Case, ...], run: Run, refused: str
     if task.id in run.reasons:
         code, sentence = run.reasons[task.id]
         if code == "no function" and task.id in run.raised:
-            return _task_record(task, "raised", "raised", f"Its cell raised {run.raised[task.id]}.", answer)
+            return _task_record(task, "raised", "raised", f"In its cell, {run.raised[task.id]}.", answer)
         return _task_record(task, "no answer", code, sentence, answer)
     outcomes = answered(task, run.outcomes[task.id])
     result = tasks.judge_all(task, cases, outcomes, right_function(task))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import contextlib
+import re
 import secrets
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
@@ -24,7 +25,8 @@ from .limits import Limits
 from .sandbox import Held
 
 KINDS = ("answer", "not started", "raised", "not plain")
-MOST_TEXT = 400
+MOST_TEXT, MOST_LINE = 400, 90
+_COLOURS = re.compile(r"\x1b\[[0-9;]*m")
 
 
 @dataclass
@@ -35,7 +37,7 @@ class Run:
     ----------
     outcomes : task to one outcome a case, as the kernel told.
     reasons : task to (code, sentence) where there is no answer.
-    raised : task to the first error of its cells.
+    raised : task to the first error of its cells, as a sentence without its end.
     left : seconds of `limits.total_seconds` that the submission still has; all of them if it is not told.
     """
 
@@ -175,7 +177,8 @@ class Cell(IPyNbCell):
             self.execute()
         except NbCellError as error:
             if self.task:
-                run.raised.setdefault(self.task, _last_line(error.inner_traceback or str(error)))
+                what = _last_line(error.inner_traceback or str(error))
+                run.raised.setdefault(self.task, f"{_first_line(self.cell.source)} raised {what}")
             raise
         except Strike as strike:
             run.strike(self.task, strike)
@@ -256,6 +259,13 @@ def _outcomes(told: Any, count: int) -> list[tasks.Outcome] | None:
     return outcomes
 
 
+def _first_line(source: str) -> str:
+    """Where a statement stands in its cell, whose lines before it are empty comments here."""
+    lines = source.split("\n")
+    number = next((i for i, line in enumerate(lines) if line != "#"), 0)
+    return f"line {number + 1}, `{lines[number].strip()[:MOST_LINE]}`,"
+
+
 def _last_line(text: str) -> str:
-    lines = [line.strip() for line in text.splitlines() if line.strip()]
-    return lines[-1][:MOST_TEXT] if lines else "it raised"
+    lines = [line.strip() for line in _COLOURS.sub("", text).splitlines() if line.strip()]
+    return lines[-1][:MOST_TEXT].rstrip(".") if lines else "an error"

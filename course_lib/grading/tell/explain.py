@@ -80,5 +80,6 @@ def waiting(ledger: Ledger) -> Iterator[str]:
             reason = one.waits or (one.record["reason"] if one.record is not None else "not graded yet")
             what = "decide" if one.status == "graded" else one.status
             yield f"{what}: {where}, number {one.entry.id}, {clean(one.entry.path)}: {clean(reason, 2000)}"
-        if any(task.open and not task.before for task in one.tasks) and one.to_mark:
-            yield f"to mark: {where}, {one.to_mark} by hand"
+        by_hand = [task for task in one.tasks if task.open and not task.before and task.record["reason"] == "by hand"]
+        if one.to_mark and by_hand:
+            yield f"to mark: {where}, {len(by_hand)} by hand"
