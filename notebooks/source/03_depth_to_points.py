@@ -345,6 +345,7 @@ half_pixel_guess = predict(
     "at 1.5 m depth?", guess=None, unit="mm")
 
 # %% tags=["hide-input", "prediction"]
+# The answer: run this after your guess.
 half_pixel_guess.answer(
     1000 * np.hypot(0.5, 0.5) * 1.5 / c.fx, digits=2,
     why="Turn the triangle around: at depth z, one pixel is z / f wide. "
@@ -481,6 +482,7 @@ apart_guess = predict(
     f"{c.fx:.0f}?", guess=None, unit="m")
 
 # %% tags=["hide-input", "prediction"]
+# The answer: run this after your guess.
 tape = 1.3
 measured = np.linalg.norm(lazy[v2, u2] - lazy[v1, u1])
 apart_guess.answer(
@@ -635,7 +637,7 @@ show.images(overlays, alt="A black stand on a floor, with the outlines of "
 # ## To the lab
 #
 # Lab 03 has you deproject a window of ranges, mend somebody's cloud, and find the focal length of a camera that came without a data
-# sheet: `python3 course.py start 03`.
+# sheet: [open lab 03](../exercises/03_depth_to_points.ipynb).
 #
 # ## Going further
 #

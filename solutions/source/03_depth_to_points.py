@@ -17,7 +17,7 @@
 # where it says `raise NotImplementedError`, run the cell, then run the check below it. The check says by how much you are
 # off, and in which axis. Try again and it says what the mistake looks like, then where to read.
 #
-# Everything you need stands in lesson 03. You may use NumPy; write the formulas yourself. Images are `(H, W)` arrays:
+# Everything you need stands in [lesson 03](../notebooks/03_depth_to_points.ipynb). You may use NumPy; write the formulas yourself. Images are `(H, W)` arrays:
 # `depth[v, u]` is row `v`, column `u`, and the centres of pixels lie at whole numbers. The camera's axes are x right, y down,
 # z forward. Depth is z in metres, 0 where nothing was measured.
 
