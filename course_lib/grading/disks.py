@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import psutil
+
 from course_lib.authoring.tree import CourseError
 
 __all__ = ["DiskTrouble", "disk_told"]
@@ -17,7 +19,8 @@ class DiskTrouble(CourseError):
     exit_code = 2
 
     def __init__(self, path: Path, why: str) -> None:
-        disk = next(folder for folder in (path.absolute(), *path.absolute().parents) if folder.is_mount())
+        mounts = ["/", *(one.mountpoint for one in psutil.disk_partitions(all=True))]
+        disk = max((mount for mount in mounts if path.resolve().is_relative_to(mount)), key=len)
         super().__init__(
             f"{path} cannot be written ({why}), which lies on the disk {disk}: mend that or name another folder, and "
             "run the same command again; what was graded before is kept."

@@ -29,9 +29,15 @@ ROSTER = Roster(
 )
 
 
-def taken(folder: Path, roster: Roster | None = None, lab: str | None = None, **limits: int) -> list[Submission]:
+def read(
+    folder: Path, roster: Roster | None = None, lab: str | None = None, **limits: int
+) -> tuple[list[Submission], list[str]]:
     store = folder.parent / "store"
-    return read_class(folder, lab=lab, roster=roster, limits=IntakeLimits(**limits), store=store)[0]
+    return read_class(folder, lab=lab, roster=roster, limits=IntakeLimits(**limits), store=store)
+
+
+def taken(folder: Path, roster: Roster | None = None, lab: str | None = None, **limits: int) -> list[Submission]:
+    return read(folder, roster, lab, **limits)[0]
 
 
 def put(folder: Path, name: str, data: bytes = DATA) -> Path:
@@ -123,6 +129,35 @@ def test_rubbish_is_passed_over_and_other_files_are_told_once(tmp_path):
     found = {one.student: one for one in taken(tmp_path / "class")}
     assert set(found) == {"ann", "bob"}
     assert found["ann"].code == "" and found["bob"].code == "not a notebook"
+
+
+THREE = "03_depth_to_points"
+FILES = {
+    "two labs": ({NAME: DATA, f"{THREE}.ipynb": submission("03")}, {"00": "", "03": ""}, []),
+    "two labs, one as a script": ({NAME: DATA, f"{THREE}.py": b"x"}, {"00": "", "03": "not a notebook"}, []),
+    "a script and a notebook": ({NAME: DATA, "00_start_here.py": b"x"}, {"00": ""}, ["00_start_here.py"]),
+    "a picture": ({NAME: DATA, "me.png": b"x"}, {"00": ""}, ["me.png"]),
+    "only a picture": ({"me.png": b"x"}, {"": "not a notebook"}, []),
+    "two scripts": ({f"{THREE}.py": b"x", f"{THREE}.txt": b"x"}, {"03": "not a notebook"}, [f"{THREE}.txt"]),
+    "a large picture": ({NAME: DATA, "me.png": bytes(3_000_000)}, {"00": ""}, ["me.png"]),
+    "Jupyter's copy": ({NAME: DATA, ".ipynb_checkpoints/00_start_here-checkpoint.ipynb": b"x"}, {"00": ""}, []),
+    "only a copy": ({".ipynb_checkpoints/00_start_here-checkpoint.ipynb": DATA}, {"00": "checkpoint"}, []),
+}
+
+
+@pytest.mark.parametrize("zip_up", [False, True], ids=["folder", "zip"])
+@pytest.mark.parametrize("name", FILES)
+def test_every_file_of_every_lab_is_a_submission_or_named(tmp_path, name, zip_up):
+    files, wanted, left = FILES[name]
+    if zip_up:
+        put(tmp_path / "class", "12345/my work.zip", zipped(files))
+    else:
+        for path, data in files.items():
+            put(tmp_path / "class", f"12345/{path}", data)
+    found, named = read(tmp_path / "class", ROSTER, notebook_bytes=2_000_000, archive_ratio=10**6)
+    assert {one.lab: one.code for one in found} == wanted and len(found) == len(wanted)
+    assert [path.removeprefix("12345/").removeprefix("my work.zip: ") for path in named] == left
+    assert all(one.student == "12345" for one in found)
 
 
 def test_links_pipes_and_closed_files(tmp_path):

@@ -6,10 +6,13 @@ from collections.abc import Callable
 
 import nbformat
 import pytest
-from grading_helpers import exercise, graded, need_sandbox, submission
+from fakes import standing_of
+from grading_helpers import ROOT, exercise, graded, need_sandbox, submission
 
 from course_lib.authoring import solutions
+from course_lib.authoring.build import exercise_from
 from course_lib.grading.release.released import released_lab
+from course_lib.grading.tell.feedback import feedback_page
 
 LAB = "02"
 PLAIN = "def row_of(u, v, width, height):\n    return v * width + u\n"
@@ -235,6 +238,84 @@ def test_loses_no_point(change):
     nb = solved()
     change(nb)
     full(nbformat.writes(nb).encode())
+
+
+def as_text(nb, source):
+    place = at(nb, "task-1")
+    cell = nbformat.v4.new_markdown_cell(source or first(nb).source)
+    cell.id = first(nb).id
+    nb.cells[place] = cell
+
+
+def beside_the_stub(nb, source):
+    nb.cells.insert(at(nb, "task-1") + 1, nbformat.v4.new_markdown_cell(f"```python\n{source or first(nb).source}\n```"))
+    first(nb).source = solutions.stub("02-1")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("change", [as_text, beside_the_stub])
+@pytest.mark.parametrize("source", ["", solutions.stub("02-1")], ids=["answer", "stub"])
+def test_an_answer_in_a_text_cell_waits_for_a_person(change, source):
+    nb = solved()
+    change(nb, source)
+    record = graded(LAB, nbformat.writes(nb).encode())
+    [answer] = [one for one in record["tasks"] if one["number"] == 1]
+    if source:  # as released it is no answer, wherever it stands
+        assert answer["status"] in ("missing", "not started")
+    else:
+        assert (answer["status"], answer["reason"], answer["points"]) == ("by hand", "text cell", 0.0)
+        assert "def row_of" in answer["text"] and "a text cell and is not run" in answer["error"]
+        assert "text cell" in [notice["code"] for notice in record["notices"]]
+    assert all(one["points"] == one["max"] for one in record["tasks"] if one["number"] != 1 and one["kind"] != "explain")
+
+
+@pytest.mark.slow
+def test_an_explanation_in_a_text_cell_waits_for_a_person():
+    nb = nbformat.reads(submission("03").decode(), 4)
+    words = "A wrong f stretches what lies beside the axis. Measure a table."
+    nb.cells.insert(at(nb, "task-6"), nbformat.v4.new_markdown_cell(words))
+    record = graded("03", nbformat.writes(nb).encode())
+    assert [(one["number"], one["text"]) for one in record["tasks"] if one["reason"] == "text cell"] == [(6, words)]
+    untouched = graded("03", submission("03"))
+    assert [one["status"] for one in untouched["tasks"]] == ["not started"] * 6
+
+
+READS = 'import numpy as np\nK = np.load("my_notes.npy")\n\n\ndef metres(depth_mm):\n    return depth_mm / K\n'
+ASKS = 'n = int(input("units? "))\n\n\ndef metres(depth_mm):\n    return depth_mm / n\n'
+INSIDE = 'def metres(depth_mm):\n    return depth_mm / float(open("my_notes.txt").read())\n'
+WITHOUT = 'open("my_notes.txt")\n'
+CAUSES = {
+    "reads": (READS, "line 2, `K = np.load(\"my_notes.npy\")`, raised FileNotFoundError", "No file of your own"),
+    "asks": (ASKS, "line 1, `n = int(input(\"units? \"))`, raised StdinNotImplementedError", "Nobody is there to answer"),
+    "inside": (INSIDE, "Line 2 of your cell, `return depth_mm / float(open", "No file of your own"),
+    "no function": (WITHOUT + "metres = open('x')\n", "line 1, `open(\"my_notes.txt\")`, raised", "No file of your own"),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("source", "line", "why"), CAUSES.values(), ids=CAUSES)
+def test_the_line_that_wants_an_own_file_or_an_answer_is_named(source, line, why):
+    record = graded("00", submission("00", {1: source}))
+    [one] = record["tasks"]
+    assert one["status"] == "raised" and line in one["error"] and why in one["error"], one["error"]
+    assert "\x1b" not in one["error"] and ".." not in one["error"].replace("...", "")
+    page = feedback_page(standing_of(record))
+    assert "No file of your own" in page or "Nobody is there" in page  # told, though inputs are not
+    assert "It was given" not in page
+
+
+@pytest.mark.slow
+def test_a_line_that_failed_and_cost_nothing_is_not_told():
+    [one] = graded("00", submission("00", {1: WITHOUT + "def metres(depth_mm):\n    return depth_mm / 1000\n"}))["tasks"]
+    assert (one["points"], "my_notes" in one["error"]) == (1.0, False)
+
+
+def test_every_exercise_says_beforehand_what_is_not_there_when_it_is_graded():
+    for path in sorted((ROOT / "solutions").glob("*.ipynb")):
+        given = exercise_from(nbformat.read(path, as_version=4))
+        place = next(i for i, cell in enumerate(given.cells) if "task" in cell.metadata.get("tags", []))
+        said = "\n".join(cell.source for cell in given.cells[:place])
+        assert "No file of your own is there" in said and "answers `input()`" in said
 
 
 def test_there_are_at_least_fifteen():

@@ -19,6 +19,7 @@ from pathlib import Path, PurePosixPath
 
 from course_lib import tasks
 from course_lib.authoring.tree import CourseError
+from course_lib.grading.disks import disk_told
 from course_lib.grading.intake.authorship import author
 from course_lib.grading.release.released import lab_of_cells
 from course_lib.grading.safe_text import shown
@@ -282,15 +283,16 @@ def _keep(store: Path, digest: str, data: bytes) -> None:
     place = store / digest[:2] / digest
     if place.exists():
         return
-    place.parent.mkdir(parents=True, exist_ok=True)
     part = place.with_name(f".{digest}.{os.getpid()}.part")
-    try:
-        part.write_bytes(data)
-        part.chmod(0o400)
-        part.rename(place)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise CourseError(f"{store} cannot hold the originals: {error.strerror}.") from error
+    with disk_told(store):
+        place.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            part.write_bytes(data)
+            part.chmod(0o400)
+            part.rename(place)
+        except OSError:
+            part.unlink(missing_ok=True)
+            raise
 
 
 def _said(name: str) -> str:

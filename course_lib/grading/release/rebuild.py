@@ -192,12 +192,13 @@ def _place_in_text(slot: Slot, nb: NotebookNode, lab: ReleasedLab) -> int | None
     heading = 0
     for place, cell in enumerate(nb.cells):
         heading = _heading(cell, heading)
-        if cell.cell_type == "code" or cell.source.strip() in lab.texts | {slot.stub.strip()}:
+        text = cell.source.replace(slot.stub.strip(), "").strip()
+        if cell.cell_type == "code" or text in lab.texts or not text:
             continue
         words = slot.task.kind == "explain" and heading == slot.task.number
-        if words and cell.source.strip() and not re.search(r"^[ \t]*(#|<details)", cell.source, re.M):
+        if words and not re.search(r"^[ \t]*(#|<details)", text, re.M):
             return place
-        if cell.get("id", "") == slot.cell or wanted.search(cell.source):
+        if cell.get("id", "") == slot.cell or wanted.search(text):
             return place
     return None
 
