@@ -4,15 +4,22 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import socket
+import tempfile
+import threading
+import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import psutil
 import pytest
 from grading_helpers import graded, need_sandbox, submission, task
 from test_hostile_found import weaken
 
 from course_lib import tasks
-from course_lib.grading.run import grade_submission, sandbox
+from course_lib.grading.run import counting, grade_submission, kernel, sandbox, watchdog
 from course_lib.grading.run.sandbox import NoSandbox, probe_sandbox
 
 pytestmark = pytest.mark.slow
@@ -76,3 +83,187 @@ def test_the_probe_looks_for_the_files_of_this_course(monkeypatch):
     assert sandbox._look(held, [sandbox.ROOT]) == ""
     monkeypatch.setattr(sandbox, "_bound", lambda: [*bound, str(sandbox.ROOT)])
     assert f"{sandbox.ROOT}/course.py" in sandbox._look(held, [sandbox.ROOT])
+
+
+# What comes from the kernel, and what it is asked through
+
+BEHIND = """
+import threading, time
+def send_behind(text):
+    time.sleep(0.5)
+    session = get_ipython().kernel.session
+    parts = [session.pack(session.msg_header("status")), b"{}", b"{}", text]
+    whole = [b"status", b"<IDS|MSG>", session.sign(parts), *parts]
+    get_ipython().kernel.iopub_thread.socket.send_multipart(whole)
+"""
+BRACES = BEHIND + """
+text = b'{"execution_state":"busy","x":[' + b"{}," * COUNT + b"{}]}"
+threading.Thread(target=send_behind, args=(text,)).start()
+time.sleep(2)
+def metres(depth_mm):
+    return depth_mm / 1000
+"""
+
+
+def grown(ask: Callable[[], Any]) -> tuple[Any, float]:
+    """What is returned, and by how many megabytes this process grew meanwhile."""
+    me = psutil.Process()
+    seen, ended = [me.memory_info().rss], threading.Event()
+
+    def look() -> None:
+        while not ended.wait(0.005):
+            seen.append(me.memory_info().rss)
+
+    watching = threading.Thread(target=look)
+    watching.start()
+    try:
+        return ask(), (max(seen) - seen[0]) / 1e6
+    finally:
+        ended.set()
+        watching.join()
+
+
+def braces(count: int, **limits: float) -> tuple[str, float]:
+    """Why there is no answer to one who sends so many braces, and how much the grader grew by them."""
+    data = submission("00", {1: BRACES.replace("COUNT", str(count))})
+    record, more = grown(lambda: graded("00", data, **limits))
+    assert record["status"] == "graded", record["reason"]
+    return task(record, 1)["reason"], more
+
+
+def test_a_message_is_limited_where_it_is_received(monkeypatch):
+    need_sandbox()
+    reason, more = braces(20_000_000)  # 60 MB
+    assert reason == "output" and more < 100
+    reason, more = braces(7_000_000)  # 21 MB, which may be sent
+    assert reason == "garbled" and more < 150
+    monkeypatch.setattr(kernel, "weigh", lambda parts: None)
+    assert braces(7_000_000)[1] > 300  # the control: read, they are ten times as large
+
+
+LINKED = """
+import glob, os, socket, time
+def leave():
+    for number in os.listdir("/proc/self/fd"):
+        try:
+            one = socket.socket(fileno=os.dup(int(number)))
+        except OSError:
+            continue
+        try:
+            if one.family == socket.AF_UNIX and str(one.getsockname()).endswith("z-1"):
+                if not one.getsockopt(socket.SOL_SOCKET, socket.SO_ACCEPTCONN):
+                    one.shutdown(socket.SHUT_RDWR)
+        except OSError:
+            pass
+        one.close()
+place = [line.split()[-1] for line in open("/proc/net/unix") if line.split()[-1].endswith("z-1")][0]
+os.unlink(place)
+os.symlink(VICTIM, place)
+leave()
+time.sleep(2)
+def metres(depth_mm):
+    return depth_mm / 1000
+"""
+
+
+def test_a_link_in_the_place_of_a_socket_is_not_followed(monkeypatch):
+    need_sandbox()
+    with tempfile.TemporaryDirectory() as folder, socket.socket(socket.AF_UNIX) as victim:
+        victim.bind(f"{folder}/v")
+        victim.listen()
+        victim.settimeout(0.1)
+        data = submission("00", {1: LINKED.replace("VICTIM", repr(f"{folder}/v"))})
+        assert task(graded("00", data), 1)["points"] == 0
+        with pytest.raises(TimeoutError):
+            victim.accept()
+        weaken(
+            monkeypatch,
+            kernel.Kernel,
+            "_start",
+            ("self.km.client(context=self.context)", "self.km.client()"),
+            ('str(self._closed / "z")', 'f"/proc/{self.process.children(recursive=True)[-1].pid}/root{self._open}/z"'),
+        )
+        graded("00", data)
+        victim.accept()[0].close()  # the control: the grader has come here
+
+
+def test_a_kernel_that_takes_no_requests_does_not_hold_the_grader(monkeypatch):
+    need_sandbox()
+    data = submission("00", {1: LINKED.replace("VICTIM", repr("/tmp/none")).replace("sleep(2)", "sleep(0)")})
+    began = time.monotonic()
+    assert graded("00", data)["status"] == "graded" and time.monotonic() - began < 30
+
+
+# What is counted
+
+NAMED = """
+import ctypes, threading, time
+ctypes.CDLL(None).prctl(15, b"Threads:\\t1", 0, 0, 0)
+threading.stack_size(65536)
+for _ in range(150):
+    threading.Thread(target=time.sleep, args=(1.5,), daemon=True).start()
+time.sleep(1)
+def metres(depth_mm):
+    return depth_mm / 1000
+"""
+
+
+def test_a_name_like_a_line_of_a_report_hides_no_threads(monkeypatch):
+    need_sandbox()
+    one = task(graded("00", submission("00", {1: NAMED}), threads=100), 1)
+    assert one["reason"] == "processes" and "threads = 100" in one["error"], one
+    weaken(monkeypatch, watchdog, "used_by", ('_entries(one, "task")', "one.num_threads()"))
+    assert task(graded("00", submission("00", {1: NAMED}), threads=100), 1)["points"] == 1  # the control
+
+
+LARGER = """
+import socket
+for way in (lambda: socket.socket(socket.AF_INET), lambda: socket.socketpair()[0].setsockopt(1, 7, 4_000_000)):
+    try:
+        way()
+    except PermissionError:
+        pass
+    else:
+        raise ValueError("it was allowed")
+"""
+FULL = LARGER + """
+import os, time
+for _ in range(2):
+    if os.fork() == 0:
+        held = []
+        try:
+            while True:
+                held.append(socket.socketpair())
+                held[-1][0].setblocking(False)
+                held[-1][0].send(bytes(200_000))
+        except OSError:
+            time.sleep(3)
+            os._exit(0)
+time.sleep(1)
+def metres(depth_mm):
+    return depth_mm / 1000
+"""
+
+
+def test_what_sockets_hold_is_counted(monkeypatch):
+    need_sandbox()
+    limits = {"memory_mb": 260.0, "cell_seconds": 9.0}
+    one = task(graded("00", submission("00", {1: FULL}), **limits), 1)
+    assert one["reason"] == "memory", one
+    monkeypatch.setattr(counting, "BUFFER", 0)
+    assert task(graded("00", submission("00", {1: FULL}), **limits), 1)["points"] == 1  # the control
+
+
+def test_half_a_character_in_what_it_prints_costs_nothing(monkeypatch):
+    need_sandbox()
+    code = r"""
+print("\ud83d")
+def metres(depth_mm):
+    print("\ud83d")
+    __import__("warnings").warn("\ud83d")
+    return depth_mm / 1000
+"""
+    assert task(graded("00", submission("00", {1: code})), 1)["points"] == 1
+    raised = code.replace("return", 'raise ValueError("\\ud83d") #')
+    assert "\\ud83d" in task(graded("00", submission("00", {1: raised})), 1)["error"]
+    assert tasks.run(lambda: print("\ud83d"), tasks.Case({})).printed == "\\ud83d\n"

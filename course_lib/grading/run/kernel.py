@@ -6,7 +6,11 @@ It has the methods that nbval calls. Whatever comes from it is counted before it
 from __future__ import annotations
 
 import contextlib
+import math
+import os
 import shutil
+import socket
+import stat
 import subprocess
 import sys
 import threading
@@ -25,14 +29,20 @@ from jupyter_client.manager import KernelManager
 from nbval.kernel import RunningKernel
 
 from course_lib.grading.run.inside.course_probe import MIME
-from course_lib.grading.run.kernel_messages import Strike, check_message
+from course_lib.grading.run.kernel_messages import Strike, check_message, is_answer, needed, weigh
 from course_lib.grading.run.watchdog import watch
 
+from .counting import Spent, new_group, spent
 from .kernel_imports import Room
 from .limits import Limits
 from .sandbox import Held, bwrap_command, interpreter, open_command
 
 __all__ = ["Kernel", "Strike"]
+
+SOCKETS = 5
+"""So many a kernel makes: z-1 to z-5, for requests, what is shown, typing, control and a heartbeat."""
+MOST_WAITING = 10_000
+"""So many messages may wait to be read."""
 
 
 class _OneKernel(KernelSpecManager):
@@ -72,22 +82,24 @@ class Kernel(RunningKernel):
         seconds: float | None = None,
     ) -> None:
         self.limits = limits
-        self._seconds = limits.total_seconds if seconds is None else seconds
+        self.seconds = limits.total_seconds if seconds is None else seconds
         self._note_answer = note_answer
         self._ready: dict[str, deque[dict]] = {"iopub": deque(), "shell": deque()}
         self._struck: Strike | None = None
-        self._shown = 0
-        self._deadline = time.monotonic() + limits.start_seconds
-        self._limit_name = "start_seconds"
+        self._shown = self._answered = 0
+        self.processor = 0.0
         number = sum(1 for _ in folder.glob("k*"))
         self._closed, self._open = folder / f"k{number}", folder / f"s{number}"
         for place in (self._closed, self._open):
             place.mkdir(mode=0o700)
+        self._pinned: list[int] = []
+        self.group = new_group(limits) if held.kind == "bwrap" else None
         connection = self._closed / "c.json"
         program = ["/course/kernel_main.py", "/course/room.json", str(connection), held.kind]
+        self._limit, self._mark = "start_seconds", self.now()
         self._start(held, room, connection, program)
         self._began = time.monotonic()
-        threading.Thread(target=watch, args=(self, self._began + self._seconds), daemon=True).start()
+        threading.Thread(target=watch, args=(self,), daemon=True).start()
         try:
             self._ensure_iopub_up()
         except BaseException:
@@ -98,7 +110,8 @@ class Kernel(RunningKernel):
         specs = _OneKernel()
         if held.kind == "bwrap":
             words = [interpreter(), "-I", "-S", *program]
-            specs.command = tuple(bwrap_command(held, room, self.limits, words, (self._closed, self._open)))
+            words = bwrap_command(held, room, self.limits, words, (self._closed, self._open))
+            specs.command = tuple(self.group.entered(words) if self.group else words)
             environment = {"PATH": "/usr/bin:/bin"}
         else:
             settings = room.folder / "room.json"
@@ -107,6 +120,7 @@ class Kernel(RunningKernel):
         self.context = zmq.Context()
         self.context.setsockopt(zmq.MAXMSGSIZE, int(self.limits.message_mb * 1e6))
         self.context.setsockopt(zmq.RECONNECT_IVL, -1)
+        self.context.setsockopt(zmq.SNDTIMEO, int(self.limits.grace_seconds * 1000))
         self.context.setsockopt(zmq.LINGER, 0)
         self.km = KernelManager(
             kernel_name="graded",
@@ -121,53 +135,91 @@ class Kernel(RunningKernel):
             self.km.start_kernel(env=environment, cwd=str(self._closed), stdout=log, stderr=subprocess.STDOUT)
         self.process = psutil.Process(self.km.provisioner.pid)
         deadline = time.monotonic() + self.limits.start_seconds
-        while self._sockets(held.kind) < 5:
+        while not self._pin(held.kind):
             if not self.alive() or time.monotonic() > deadline:
                 tail = (self._closed / "said.txt").read_text(errors="replace")[-400:]
                 self.stop()
                 raise RuntimeError(f"the kernel did not start: {tail.strip()}")
             time.sleep(0.01)
-        self.kc = self.km.client()
-        self.kc.ip = str(self._seen / "z")
+        self.kc = self.km.client(context=self.context)
+        self.kc.ip = str(self._closed / "z")
         self.kc.start_channels(stdin=False, hb=False, control=True)
+        self._cut = [
+            channel.socket.get_monitor_socket(zmq.EVENT_DISCONNECTED)
+            for channel in (self.kc.iopub_channel, self.kc.shell_channel)
+        ]
+
+    def _pin(self, kind: str) -> bool:
+        """Whether all of its sockets listen; then they are held by descriptors, and our names for them lead to these.
+
+        What runs inside can put anything in the place of a socket, also a link to one outside, which is never followed.
+        The folder is reached through a process of the sandbox, before any code of a learner runs there.
+        """
+        with contextlib.suppress(psutil.NoSuchProcess):
+            inside = [f"/proc/{one.pid}/root" for one in self.process.children(recursive=True)]
+            for root in inside if kind == "bwrap" else [""]:
+                with contextlib.suppress(OSError):  # not there yet, or nobody listens yet
+                    self.sockets = os.open(f"{root}{self._open}", os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+                    self._pinned.append(self.sockets)
+                    for number in range(1, SOCKETS + 1):
+                        self._hold(number)
+                    return True
+                self._unpin()
+        return False
+
+    def _hold(self, number: int) -> None:
+        """Hold one socket that listens; its name in the closed folder leads to it from now on. Else OSError."""
+        held = os.open(f"z-{number}", os.O_PATH | os.O_NOFOLLOW, dir_fd=self.sockets)
+        self._pinned.append(held)
+        name = self._closed / f"z-{number}"
+        name.unlink(missing_ok=True)
+        name.symlink_to(f"/proc/self/fd/{held}")
+        if not stat.S_ISSOCK(os.fstat(held).st_mode):
+            raise OSError(f"{name.name} is no socket")
+        with socket.socket(socket.AF_UNIX) as trial:
+            trial.connect(str(name))
+
+    def _unpin(self) -> None:
+        while self._pinned:
+            os.close(self._pinned.pop())
 
     @property
     def watched(self) -> bool:
         """Whether there is still something to watch."""
         return self._struck is None and hasattr(self, "km")
 
-    @property
-    def sockets(self) -> Path:
-        """The folder of its sockets, as seen from outside."""
-        return self._seen
-
-    def _sockets(self, kind: str) -> int:
-        """How many there are; finds out where they are seen from outside: through a process of the sandbox."""
-        if kind == "none":
-            self._seen = self._open
-            return sum(1 for _ in self._seen.iterdir())
-        with contextlib.suppress(psutil.NoSuchProcess, OSError):
-            for one in self.process.children(recursive=True):
-                self._seen = Path(f"/proc/{one.pid}/root{self._open}")
-                if (count := sum(1 for _ in self._seen.iterdir())) > 0:
-                    return count
-        return 0
-
-    # what is asked of it
+    def now(self) -> Spent:
+        """The time that it has taken up to now."""
+        return Spent(self.processor, time.monotonic())
 
     @contextlib.contextmanager
-    def limit(self, seconds: float, name: str) -> Iterator[None]:
-        """Within this block, the kernel has so many seconds; `name` is told when they are over."""
-        self._limit_name = name
-        self._deadline = time.monotonic() + seconds
+    def limit(self, name: str) -> Iterator[None]:
+        """Within this block, the kernel has the seconds of this limit, which is told when they are over."""
+        self._limit, self._mark = name, self.now()
         yield
+
+    def _over(self) -> bool:
+        return spent(self._mark, self.now()) > getattr(self.limits, self._limit)
+
+    def execute_cell_input(self, cell_input: str, allow_stdin: bool | None = None) -> str:
+        """Send a cell to be run; the id of the request."""
+        return self._request(cell_input)
+
+    def _request(self, source: str, given: Sequence[bytes] = ()) -> str:
+        content = {"code": source, "silent": False, "store_history": False, "user_expressions": {}}
+        content |= {"allow_stdin": False, "stop_on_error": False}
+        request = self.kc.session.msg("execute_request", content)
+        try:
+            self.kc.session.send(self.kc.shell_channel.socket, request, buffers=list(given))
+        except zmq.ZMQError:
+            self.strike("died", "The kernel took no more requests: something in it closed its connection.")
+            raise self._struck from None
+        return request["header"]["msg_id"]
 
     def ask(self, source: str, given: Sequence[bytes]) -> list[Any]:
         """Run a probe with `given` beside it, and return what `note_answer` made of the answers that came."""
-        content = {"code": source, "silent": False, "user_expressions": {}, "allow_stdin": False}
-        request = self.kc.session.msg("execute_request", content)
-        self.kc.session.send(self.kc.shell_channel.socket, request, buffers=list(given))
-        message = request["header"]["msg_id"]
+        self._answered = 0
+        message = self._request(source, given)
         answers: list[Any] = []
         self.await_reply(message)
         while True:
@@ -178,11 +230,10 @@ class Kernel(RunningKernel):
             if said["msg_type"] == "error" and said["parent_header"].get("msg_id") == message:
                 text = f"{said['content'].get('ename')}: {said['content'].get('evalue')}"
                 raise Strike("no function", f"Asking it failed with {text[:200]}.")
-            if said["msg_type"] == "display_data" and MIME in said["content"].get("data", {}):
+            if said["msg_type"] == "display_data":
                 answers.append(said["content"]["data"][MIME])
             if said["msg_type"] == "status" and said["parent_header"].get("msg_id") == message:
-                if said["content"].get("execution_state") == "idle":
-                    break
+                break
         return [self._note_answer(answer) for answer in answers]
 
     def alive(self) -> bool:
@@ -196,73 +247,93 @@ class Kernel(RunningKernel):
 
     def await_reply(self, msg_id: str, timeout: float | None = None) -> None:
         """Wait for the reply within the limit in force; after it, interrupt, and if that is ignored, kill."""
-        interrupted = False
+        late: Strike | None = None
+        until = math.inf
         while True:
             try:
-                message = self.get_message("shell", timeout=max(0.0, self._deadline - time.monotonic()))
+                message = self.get_message("shell", until - time.monotonic() if late else None)
             except Empty:
-                told = f"{self._limit_name} = {getattr(self.limits, self._limit_name):g}"
+                told = f"{self._limit} = {getattr(self.limits, self._limit):g}"
                 sentence = f"Time was up ({told}): perhaps a loop that never ends."
-                if interrupted:
+                if late:
                     self.strike("timeout", sentence + " It did not stop when interrupted, so its kernel was ended.")
                     raise self._struck from None
-                interrupted = True
-                self._deadline = time.monotonic() + self.limits.grace_seconds
-                self.kc.control_channel.send(self.kc.session.msg("interrupt_request", {}))
-                self._late = Strike("timeout", sentence)
+                late, until = Strike("timeout", sentence), time.monotonic() + self.limits.grace_seconds
+                with contextlib.suppress(zmq.ZMQError):
+                    self.kc.control_channel.send(self.kc.session.msg("interrupt_request", {}))
                 continue
             if message["parent_header"].get("msg_id") == msg_id:
-                if interrupted:
-                    raise self._late
+                if late:
+                    raise late
                 return
 
     def get_message(self, stream: str, timeout: float | None = None) -> dict:
-        """The next message of a stream; meanwhile the other is read, so that nothing piles up unseen."""
-        until = time.monotonic() + (timeout if timeout is not None else self.limits.total_seconds)
+        """The next message of a stream; meanwhile the other is read, so that nothing piles up unseen.
+
+        Without a time-out it waits until the limit in force is over, and raises Empty then.
+        """
+        until = math.inf if timeout is None else time.monotonic() + timeout
         sockets = {self.kc.iopub_channel.socket: "iopub", self.kc.shell_channel.socket: "shell"}
         poller = zmq.Poller()
-        for socket in sockets:
-            poller.register(socket, zmq.POLLIN)
+        for one in (*sockets, *self._cut):
+            poller.register(one, zmq.POLLIN)
         while True:
             if self._struck is not None:
                 raise self._struck
             if self._ready[stream]:
                 return self._ready[stream].popleft()
             left = until - time.monotonic()
-            if left <= 0:
+            if left <= 0 or (timeout is None and self._over()):
                 raise Empty
-            readable = poller.poll(min(left, 0.1) * 1000)
-            for socket, _ in readable:
-                self._read(sockets[socket], socket)
-            if not readable and not self.km.is_alive():
-                if self._struck is None:
-                    self.strike("died", "The kernel ended while this task ran: something in it ended the program.")
-                raise self._struck  # type: ignore[misc]
+            readable = dict(poller.poll(min(left, 0.1) * 1000))
+            for one in set(readable) & set(sockets):
+                self._read(sockets[one], one)
+            if set(readable) <= set(self._cut):
+                self._look(bool(readable))
 
-    def _read(self, stream: str, socket: Any) -> None:
-        parts = socket.recv_multipart(zmq.NOBLOCK)
+    def _look(self, cut: bool) -> None:
+        """Strike where the kernel has ended, or a connection to it: by itself, or by a message that is too large."""
+        if cut:
+            try:  # it may just be ending, which ends connections, too
+                self.km.provisioner.process.wait(0.5)
+            except subprocess.TimeoutExpired:
+                told = f"message_mb = {self.limits.message_mb:g}"
+                self.strike("output", f"The kernel's connection broke: it sent more at once than allowed ({told}).")
+        if self.group is not None and self.group.killed():
+            self.strike("memory", f"It used more memory than allowed (memory_mb = {self.limits.memory_mb:g}).")
+        elif not self.km.is_alive():
+            self.strike("died", "The kernel ended while this task ran: something in it ended the program.")
+
+    def _read(self, stream: str, one: Any) -> None:
+        parts = one.recv_multipart(zmq.NOBLOCK)
         size = sum(len(part) for part in parts)
+        if size > self.limits.message_mb * 1e6:
+            told = f"message_mb = {self.limits.message_mb:g}"
+            self.strike("output", f"The kernel sent more at once than allowed ({told}).")
+            return
         try:
+            weigh(parts)
             _, parts = self.kc.session.feed_identities(parts)
             message = self.kc.session.deserialize(parts)
-            kind = message["msg_type"]
-            check_message(kind, message["parent_header"], message["content"])
-            answer = kind == "display_data" and MIME in message["content"]["data"]
+            check_message(message["msg_type"], message["parent_header"], message["content"])
         except Exception as error:  # whatever a hostile kernel sends, the words for it are the same
             self.strike("garbled", f"The kernel sent something that is no message ({type(error).__name__}).")
             return
-        if answer:
-            if size > self.limits.answer_mb * 1e6:
+        kind = message["msg_type"]
+        kept = needed(message) if stream == "iopub" else message
+        if is_answer(message):
+            self._answered += size
+            if size > self.limits.answer_mb * 1e6 or self._answered > 2 * self.limits.answer_mb * 1e6:
                 told = f"answer_mb = {self.limits.answer_mb:g}"
                 self.strike("oversized", f"The answer was larger than allowed ({told}).")
                 return
         elif stream == "iopub" and kind != "status" and kind != "execute_input":
             self._shown += size
-            if self._shown > self.limits.output_mb * 1e6:
-                told = f"output_mb = {self.limits.output_mb:g}"
-                self.strike("output", f"It printed more than allowed ({told}): perhaps a print in a loop.")
-                return
-        self._ready[stream].append(message)
+        if kept is not None:
+            self._ready[stream].append(kept)
+        if self._shown > self.limits.output_mb * 1e6 or len(self._ready[stream]) > MOST_WAITING:
+            told = f"output_mb = {self.limits.output_mb:g}"
+            self.strike("output", f"It printed more than allowed ({told}): perhaps a print in a loop.")
 
     def strike(self, code: str, sentence: str) -> None:
         """End the kernel, with the reason that everybody who waits for it will see."""
@@ -296,5 +367,8 @@ class Kernel(RunningKernel):
         self.km.cleanup_resources()
         del self.km
         self.context.destroy(linger=0)
+        self._unpin()
+        if self.group is not None:
+            self.group.remove()
         for place in (self._closed, self._open):
             shutil.rmtree(place, ignore_errors=sys.platform != "linux")

@@ -27,6 +27,8 @@ from .sandbox import Held
 KINDS = ("answer", "not started", "raised", "not plain")
 MOST_TEXT, MOST_LINE = 400, 90
 _COLOURS = re.compile(r"\x1b\[[0-9;]*m")
+IDLE_SECONDS = 15
+"""So long a cell that has replied may take to say that it is idle."""
 
 
 @dataclass
@@ -119,7 +121,7 @@ class File(IPyNbFile):
                 continue
             options = defaultdict(bool, check=False)  # what a comment or a tag asks of nbval is not asked here
             item = Cell.from_parent(self, name=f"cell {number}", cell_num=number, cell=cell, options=options)
-            item.task = task
+            item.task, item.output_timeout = task, IDLE_SECONDS
             yield item
 
     def ready(self, task: str, upto: pytest.Item) -> None:
@@ -160,7 +162,7 @@ class Cell(IPyNbCell):
 
     def execute(self) -> None:
         kernel = self.parent.run.kernel
-        with kernel.limit(self.parent.run.limits.cell_seconds, "cell_seconds"):
+        with kernel.limit("cell_seconds"):
             try:
                 IPyNbCell.runtest(self)
             except (NbCellError, Strike):
@@ -200,7 +202,7 @@ class Probe(pytest.Item):
             self.parent.ready(self.task, self)
             nonce = secrets.token_hex(16)
             run.nonces[nonce] = self.task
-            with run.kernel.limit(run.limits.task_seconds, "task_seconds"):
+            with run.kernel.limit("task_seconds"):
                 answers = run.kernel.ask(*_question(tasks.get(self.task), nonce, run.cases[self.task]))
             self.keep(nonce, answers)
         except Strike as strike:
