@@ -27,7 +27,6 @@ from .public_answers import stale_public, write_public
 from .solutions import ROOT
 from .tree import CourseError, Source, Tree
 
-
 GRADED = (
     "When it is graded, your answers run in a fresh kernel with other inputs. No file of your own is there, and nobody "
     "answers `input()`: what an answer needs stands in the notebook."

@@ -37,7 +37,7 @@ def clean(text: Any, most: int = MOST) -> str:
 
 
 def shown(text: str) -> str:
-    """A path or an id that can be typed as it is shown: what cannot be seen is written as \\xNN, \\uNNNN or \\UNNNNNNNN.
+    """A path or an id that can be typed as it is shown: what cannot be seen is written as \\xNN, \\uNNNN or longer.
 
     Letters are composed (é is one letter, as a keyboard makes it); bytes that are no UTF-8 are \\xNN, too.
     """

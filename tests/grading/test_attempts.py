@@ -20,8 +20,7 @@ from rich.console import Console
 
 from course_lib.authoring.tree import CourseError
 from course_lib.grading.intake.roster import Roster
-from course_lib.grading.ledger import attempts, schema
-from course_lib.grading.ledger import ledger as ledger_module
+from course_lib.grading.ledger import attempts, database, schema
 from course_lib.grading.ledger.attempts import Standing, standings
 from course_lib.grading.ledger.ledger import Decision, Ledger
 from course_lib.grading.ledger.resolve import find_submission
@@ -66,7 +65,9 @@ class Class:
             right = float(b"/ 1000" in base64.b64decode(job["notebook"]))
             record = unreadable_record(job, "", "")
             record.update(status="graded", points=right, notices=[], isolation="none")
-            record["tasks"][0].update(status="passed" if right else "failed", points=right, source="/ 1000" * bool(right))
+            record["tasks"][0].update(
+                status="passed" if right else "failed", points=right, source="/ 1000" * bool(right)
+            )
             record["tasks"][0].update(error="off", reason="")
             on_record(place, record)
 
@@ -106,7 +107,7 @@ def one(tmp_path) -> Class:
 def view_with(monkeypatch: pytest.MonkeyPatch, old: str, new: str) -> None:
     """Let new ledgers have another view."""
     assert schema.SCHEMA.count(old) == 1
-    monkeypatch.setattr(ledger_module, "SCHEMA", schema.SCHEMA.replace(old, new))
+    monkeypatch.setattr(database, "SCHEMA", schema.SCHEMA.replace(old, new))
 
 
 @pytest.mark.parametrize("seconds", [(1000, 2000), (1000, 1000)])  # unpacked later, or as the LMS set both

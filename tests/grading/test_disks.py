@@ -62,7 +62,9 @@ def test_a_disk_that_cannot_be_written(place):
 def test_a_full_disk_loses_nothing(place, kilobytes, kept):
     """No room for a folder, for the ledger, for the originals, for all records."""
     at = str(place / "disk")
-    done = on(["--size", str(kilobytes * 1024), "--tmpfs", at], place, GRADE, "code=$?; cp -r disk/grades .; exit $code")
+    done = on(
+        ["--size", str(kilobytes * 1024), "--tmpfs", at], place, GRADE, "code=$?; cp -r disk/grades .; exit $code"
+    )
     refused(done, place)
     told = [line for line in done.stdout.splitlines() if line.startswith("  s")]
     assert (len(told) > 0) == kept, done.stdout

@@ -21,6 +21,7 @@ from course_lib.grading.ledger.ledger import Ledger
 from course_lib.grading.records import same_grades
 from course_lib.grading.run import pool
 from course_lib.grading.run.sandbox import NoSandbox, probe_sandbox
+from course_lib.grading.verbs import engine
 from course_lib.grading.verbs import grade as grade_verb
 
 NAME = "00_start_here.ipynb"
@@ -220,7 +221,7 @@ def test_without_a_sandbox_nothing_is_graded(tmp_path, monkeypatch):
     def forbidden(kind, *own):
         raise NoSandbox("bubblewrap is not installed: sudo apt-get install bubblewrap.")
 
-    monkeypatch.setattr(grade_verb, "held_by", forbidden)
+    monkeypatch.setattr(engine, "held_by", forbidden)
     done = run(str(tmp_path / "class"), "--out", str(tmp_path / "g"))
     assert done.exit_code == 3 and "install bubblewrap" in done.output
     assert not (tmp_path / "g").exists()

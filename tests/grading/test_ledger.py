@@ -153,7 +153,6 @@ def test_there_are_no_grades_yet(tmp_path):
 
 def test_a_person_says_whose_a_submission_is(path):
     with Ledger(path) as ledger:
-        run = ledger.begin(seed=7, **UNDER)
         [entry] = ledger.take([one("", named="who?", path="who/lab.ipynb")])
         ledger.decide(Decision("ann", "00", "assign", "me", "she said so", entry.id))
         assert [entry.student for entry in ledger.entries("00")] == ["ann"]

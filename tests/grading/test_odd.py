@@ -248,7 +248,9 @@ def as_text(nb, source):
 
 
 def beside_the_stub(nb, source):
-    nb.cells.insert(at(nb, "task-1") + 1, nbformat.v4.new_markdown_cell(f"```python\n{source or first(nb).source}\n```"))
+    nb.cells.insert(
+        at(nb, "task-1") + 1, nbformat.v4.new_markdown_cell(f"```python\n{source or first(nb).source}\n```")
+    )
     first(nb).source = solutions.stub("02-1")
 
 
@@ -266,7 +268,9 @@ def test_an_answer_in_a_text_cell_waits_for_a_person(change, source):
         assert (answer["status"], answer["reason"], answer["points"]) == ("by hand", "text cell", 0.0)
         assert "def row_of" in answer["text"] and "a text cell and is not run" in answer["error"]
         assert "text cell" in [notice["code"] for notice in record["notices"]]
-    assert all(one["points"] == one["max"] for one in record["tasks"] if one["number"] != 1 and one["kind"] != "explain")
+    assert all(
+        one["points"] == one["max"] for one in record["tasks"] if one["number"] != 1 and one["kind"] != "explain"
+    )
 
 
 @pytest.mark.slow
@@ -285,10 +289,10 @@ ASKS = 'n = int(input("units? "))\n\n\ndef metres(depth_mm):\n    return depth_m
 INSIDE = 'def metres(depth_mm):\n    return depth_mm / float(open("my_notes.txt").read())\n'
 WITHOUT = 'open("my_notes.txt")\n'
 CAUSES = {
-    "reads": (READS, "line 2, `K = np.load(\"my_notes.npy\")`, raised FileNotFoundError", "No file of your own"),
-    "asks": (ASKS, "line 1, `n = int(input(\"units? \"))`, raised StdinNotImplementedError", "Nobody is there to answer"),
+    "reads": (READS, 'line 2, `K = np.load("my_notes.npy")`, raised FileNotFoundError', "No file of your own"),
+    "asks": (ASKS, 'line 1, `n = int(input("units? "))`, raised StdinNotImplementedError', "Nobody is there to answer"),
     "inside": (INSIDE, "Line 2 of your cell, `return depth_mm / float(open", "No file of your own"),
-    "no function": (WITHOUT + "metres = open('x')\n", "line 1, `open(\"my_notes.txt\")`, raised", "No file of your own"),
+    "no function": (WITHOUT + "metres = open('x')\n", 'line 1, `open("my_notes.txt")`, raised', "No file of your own"),
 }
 
 
@@ -306,7 +310,9 @@ def test_the_line_that_wants_an_own_file_or_an_answer_is_named(source, line, why
 
 @pytest.mark.slow
 def test_a_line_that_failed_and_cost_nothing_is_not_told():
-    [one] = graded("00", submission("00", {1: WITHOUT + "def metres(depth_mm):\n    return depth_mm / 1000\n"}))["tasks"]
+    [one] = graded("00", submission("00", {1: WITHOUT + "def metres(depth_mm):\n    return depth_mm / 1000\n"}))[
+        "tasks"
+    ]
     assert (one["points"], "my_notes" in one["error"]) == (1.0, False)
 
 

@@ -15,8 +15,8 @@ from course_lib.grading.intake.intake import IntakeLimits, read_class
 from course_lib.grading.ledger.attempts import standings
 from course_lib.grading.ledger.ledger import Ledger
 from course_lib.grading.ledger.resolve import find_lab, find_task
-from course_lib.grading.run import pool, regrade, seeds
-from course_lib.grading.verbs import people
+from course_lib.grading.run import seeds
+from course_lib.grading.verbs import engine, people
 from course_lib.tasks.labs.lab_00_start_here import tasks as lab_00
 
 MILLIMETRES = "def metres(depth_mm):\n    return depth_mm * 1.0\n"
@@ -106,7 +106,7 @@ def mended(monkeypatch):
 
     changed = dataclasses.replace(task, version=task.version + 1, judge=judge)
     monkeypatch.setattr(lab_00, "TASKS", (changed,))
-    monkeypatch.setattr(regrade, "held_by", lambda kind, *own: None)
+    monkeypatch.setattr(engine, "held_by", lambda kind, *own: None)
 
     def here(jobs, workers, on_record):  # in this process, where the judge is mended
         from course_lib.grading.run.grade_submission import grade_one
@@ -114,7 +114,7 @@ def mended(monkeypatch):
         for place, job in enumerate(jobs):
             on_record(place, grade_one(job))
 
-    monkeypatch.setattr(pool, "grade_jobs", here)
+    monkeypatch.setattr(engine, "grade_jobs", here)
 
 
 @pytest.mark.slow

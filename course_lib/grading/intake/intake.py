@@ -240,9 +240,7 @@ def _parts(member: Member) -> tuple[str, ...]:
     return tuple(part for part in parts if part not in ("/", "..")) or ("nameless",)
 
 
-def _submission(
-    file: _File, lab: str | None, roster: Roster | None, limits: IntakeLimits, store: Path
-) -> Submission:
+def _submission(file: _File, lab: str | None, roster: Roster | None, limits: IntakeLimits, store: Path) -> Submission:
     who = author(file.parts)
     digest = ""
     if file.data:

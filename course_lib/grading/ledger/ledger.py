@@ -10,22 +10,17 @@ import hashlib
 import json
 import secrets
 import sqlite3
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, astuple, fields
-from pathlib import Path
 from typing import Any
 
-from filelock import FileLock, Timeout
-
 from course_lib.authoring.tree import CourseError
-from course_lib.grading.disks import DiskTrouble
 from course_lib.grading.intake.intake import Submission
 from course_lib.grading.records import Record
-from course_lib.grading.release.private import use_kept
 
+from .database import Database
 from .rows import TOLD, Decision, Entry, Run, now, row_of
-from .schema import NEWEST, SCHEMA, VERSION
+from .schema import NEWEST
 
 __all__ = ["Decision", "Entry", "Ledger", "Run"]
 
@@ -33,7 +28,7 @@ SEEDS = 20
 """So many seeds a run may choose from."""
 
 
-class Ledger:
+class Ledger(Database):
     """The ledger of a folder of grades; use it in a `with`.
 
     Parameters
@@ -46,84 +41,6 @@ class Ledger:
     CourseError
         If it is not there (for reading), is damaged, is of another course, or another grader writes to it.
     """
-
-    def __init__(self, path: Path, write: bool = True) -> None:
-        self.path = path
-        self._write = write
-        self._lock = FileLock(str(path) + ".lock")
-
-    def __enter__(self) -> Ledger:
-        if not self._write and not self.path.is_file():
-            raise CourseError(f"{self.path.parent} holds no grades: make them with `course.py grade FOLDER --out …`.")
-        if self._write:
-            try:
-                self._lock.acquire(timeout=0)
-            except Timeout:
-                raise CourseError(f"another grader works on {self.path.parent}: wait until it has ended.") from None
-            except OSError as error:
-                raise DiskTrouble(self.path.parent, error.strerror or str(error)) from error
-        try:
-            self._open()
-        except sqlite3.OperationalError as error:
-            self._lock.release()
-            raise DiskTrouble(self.path, str(error)) from error
-        except sqlite3.Error as error:
-            self._lock.release()
-            raise CourseError(f"{self.path} is no ledger, or damaged ({error}); it was left as it is.") from error
-        except CourseError:
-            self._lock.release()
-            raise
-        use_kept(self.path.parent)
-        return self
-
-    def _open(self) -> None:
-        fresh = not self.path.exists()
-        self.db = self._connected()
-        self.db.row_factory = sqlite3.Row
-        self.db.execute("PRAGMA foreign_keys = ON")
-        self.db.execute("PRAGMA secure_delete = ON")
-        if self._write:
-            self.db.execute("PRAGMA journal_mode = WAL")
-        tables = {row[0] for row in self.db.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
-        if self._write and (fresh or not tables):
-            self.db.executescript(f"BEGIN IMMEDIATE; {SCHEMA} COMMIT;")
-        elif "about" not in tables:
-            raise CourseError(f"{self.path} is no ledger of this course; it was left as it is.")
-        version = self.db.execute("SELECT version FROM about").fetchone()[0]
-        if version != VERSION:
-            do = "update this copy" if version > VERSION else "go on with that one, or grade into a new folder"
-            age = "a newer" if version > VERSION else "an older"
-            raise CourseError(f"{self.path} was made by {age} version of the course: {do}. It was left as it is.")
-
-    def _connected(self) -> sqlite3.Connection:
-        """The database; on a disk that cannot be written and where no grader left a log, read as it lies there."""
-        db = sqlite3.connect(self.path, timeout=30, isolation_level=None)
-        if not self._write and not Path(f"{self.path}-wal").exists():
-            try:
-                db.execute("SELECT 1 FROM sqlite_master")
-            except sqlite3.OperationalError:
-                db.close()
-                db = sqlite3.connect(f"{self.path.absolute().as_uri()}?immutable=1", uri=True, isolation_level=None)
-        return db
-
-    def __exit__(self, *raised: object) -> None:
-        self.db.close()
-        self._lock.release()
-
-    @contextmanager
-    def _all_or_nothing(self) -> Iterator[None]:
-        try:
-            self.db.execute("BEGIN IMMEDIATE")
-            yield
-            self.db.execute("COMMIT")
-        except sqlite3.OperationalError as error:
-            if self.db.in_transaction:
-                self.db.execute("ROLLBACK")
-            raise DiskTrouble(self.path, str(error)) from error
-        except BaseException:
-            if self.db.in_transaction:
-                self.db.execute("ROLLBACK")
-            raise
 
     # runs
 
@@ -152,7 +69,7 @@ class Ledger:
         limits : as JSON; None for those of the run that went before, or the usual ones.
         draw : chooses one of several seeds for a lab.
         """
-        with self._all_or_nothing():
+        with self.all_or_nothing():
             among = self._seeds(seed)
             rows = self.db.execute(
                 "SELECT * FROM runs WHERE lab = ? AND lab_version = ? AND per_student = ? ORDER BY id DESC",
@@ -176,7 +93,7 @@ class Ledger:
 
     def begin_again(self, run: Run) -> Run:
         """The run like this one, with its seed and limits, that is in the ledger; added if there is none."""
-        with self._all_or_nothing():
+        with self.all_or_nothing():
             return self._run(run)
 
     def _run(self, run: Run) -> Run:
@@ -202,7 +119,8 @@ class Ledger:
         """
         who = entry.student or entry.named
         earlier = self.db.execute(
-            "SELECT COUNT(*) FROM entries WHERE lab = ? AND id < ? AND ? IN (student, named)", (entry.lab, entry.id, who)
+            "SELECT count(*) FROM entries WHERE lab = ? AND id < ? AND ? IN (student, named)",
+            (entry.lab, entry.id, who),
         ).fetchone()[0]
         words = [who] * run.per_student + [f"after {earlier}"] * (earlier > 0)
         if not words:
@@ -228,7 +146,7 @@ class Ledger:
 
     def take(self, submissions: Sequence[Submission]) -> list[Entry]:
         """Add what is new of one download, and give the entries of all of them."""
-        with self._all_or_nothing():
+        with self.all_or_nothing():
             download = self.db.execute("SELECT coalesce(max(download), 0) + 1 FROM entries").fetchone()[0]
             for one in submissions:
                 # of what is here already, who it is may have become known since, from a better roster
@@ -256,7 +174,7 @@ class Ledger:
             If this submission has been graded in this run.
         """
         try:
-            with self._all_or_nothing():
+            with self.all_or_nothing():
                 self.db.execute(
                     "INSERT INTO records (entry, run, status, record, added) VALUES (?, ?, ?, ?, ?)",
                     (entry.id, run.id, record["status"], json.dumps(record), now()),
@@ -279,7 +197,7 @@ class Ledger:
     def decide(self, *decisions: Decision) -> None:
         """Append what a person decided, all or none."""
         names = [field.name for field in fields(Decision)]
-        with self._all_or_nothing():
+        with self.all_or_nothing():
             self.db.executemany(
                 f"INSERT INTO decisions ({', '.join(names)}) VALUES (:{', :'.join(names)})",
                 [asdict(one) | {"added": now()} for one in decisions],
@@ -297,7 +215,7 @@ class Ledger:
 
     def set_settings(self, name: str, value: dict[str, Any]) -> None:
         """Remember a roster, extensions or a policy as plain data; a later one takes its place."""
-        with self._all_or_nothing():
+        with self.all_or_nothing():
             self.db.execute("INSERT OR REPLACE INTO settings VALUES (?, ?)", (name, json.dumps(value)))
 
     def settings(self, name: str) -> dict[str, Any] | None:
@@ -312,7 +230,7 @@ class Ledger:
         """
         mine = [entry for entry in self.entries() if entry.student == student]
         others = {entry.sha256 for entry in self.entries() if entry.student != student}
-        with self._all_or_nothing():
+        with self.all_or_nothing():
             self.db.execute("UPDATE about SET forgetting = 1")
             for entry in mine:
                 self.db.execute("DELETE FROM entries WHERE id = ?", (entry.id,))

@@ -48,7 +48,7 @@ KEYS = ("timezone", "counts", "grace_minutes", "due", "steps")
 
 @dataclass(frozen=True)
 class Attempt:
-    """One attempt of a student at a lab; `points` after what lateness took, `most` if a person gave all that is open."""
+    """One attempt of a student at a lab: its `points` after lateness, and the `most` it can get."""
 
     number: int
     late: bool
@@ -122,7 +122,7 @@ class Policy:
         return time if time.tzinfo else time.replace(tzinfo=ZoneInfo(self.timezone))
 
     def choose(self, attempts: Sequence[Attempt]) -> int:
-        """The place of the attempt that counts; the best is the one that can still become it, while a person decides."""
+        """The place of the attempt that counts; while a person decides, the best is the one that can become it."""
         places = range(len(attempts))
         if self.counts == "first":
             return min(places, key=lambda i: attempts[i].number)
@@ -213,5 +213,6 @@ def read_extensions(path: Path) -> Extensions:
         if not row["student"]:
             raise CourseError(f"{where}: the student is missing.")
         excused = row["due"].lower() == "excused"
-        rows[shown(row["student"]), _lab(where, row["lab"])] = "excused" if excused else _due(where, row["lab"], row["due"])
+        due = "excused" if excused else _due(where, row["lab"], row["due"])
+        rows[shown(row["student"]), _lab(where, row["lab"])] = due
     return Extensions(rows)

@@ -39,10 +39,10 @@ CREATE INDEX decisions_of ON decisions (entry);
 
 CREATE TABLE settings (name TEXT PRIMARY KEY, value TEXT NOT NULL);
 
--- Every submission as it stands now: whose it is, by the last that a person said; the record that counts; and the number
--- of the attempt over all downloads, by the time received, then the number in the file's name, then the order of arrival.
--- Files of one download that neither time nor name tells apart are tied, until a person gives one of them to the student:
--- that is the later one.
+-- Every submission as it stands now: whose it is, by the last that a person said; the record that counts; and the
+-- number of the attempt over all downloads, by the time received, then the number in the file's name, then the order of
+-- arrival. Files of one download that neither time nor name tells apart are tied, until a person gives one of them to
+-- the student: that is the later one.
 CREATE VIEW attempts AS
 WITH told AS (
     SELECT id,
@@ -56,8 +56,8 @@ WITH told AS (
     FROM entries e JOIN told t USING (id) LEFT JOIN decisions d ON d.id = t.assigned
         LEFT JOIN records r ON r.id = t.record
 )
-SELECT id, owner AS student, named, lab, sha256, path, received, late, suffix, layout, trouble, code, record, run, status,
-    row_number() OVER (PARTITION BY person, lab ORDER BY time, suffix, download, assigned, id) AS attempt,
+SELECT id, owner AS student, named, lab, sha256, path, received, late, suffix, layout, trouble, code, record, run,
+    status, row_number() OVER (PARTITION BY person, lab ORDER BY time, suffix, download, assigned, id) AS attempt,
     min(sha256) OVER same <> max(sha256) OVER same AND max(assigned) OVER same IS NULL AS tied
 FROM owned
 WINDOW same AS (PARTITION BY person, lab, time, suffix, download);

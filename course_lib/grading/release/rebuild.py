@@ -15,11 +15,11 @@ from dataclasses import dataclass, field
 from nbformat import NotebookNode
 
 from course_lib import MOVED
-from course_lib.authoring.notebooks import task_heading
 from course_lib.grading.records import Notice
 from course_lib.grading.release.cell_source import bound, imported, normal, parse, plain_python, used, with_decorators
 
 from .released import ReleasedLab, Slot
+from .text_answers import heading_of, place_in_text
 
 __all__ = ["Answer", "Piece", "Rebuilt", "older_release", "rebuild"]
 
@@ -134,7 +134,7 @@ def _cells(nb: NotebookNode) -> list[_Cell]:
     found = []
     heading = 0
     for place, cell in enumerate(nb.cells):
-        heading = _heading(cell, heading)
+        heading = heading_of(cell, heading)
         if cell.cell_type == "code":
             source = plain_python(cell.source)
             tree, trouble = parse(source)
@@ -167,7 +167,7 @@ def _choose(
             slot,
             f"{name} is written in {len(worked)} cells; the one that counts is cell {chosen.place + 1}.",
         )
-    if chosen is None and (place := _place_in_text(slot, nb, lab)) is not None:
+    if chosen is None and (place := place_in_text(slot, nb, lab)) is not None:
         text = f"the answer stands in cell {place + 1}, which is a text cell and is not run: a person looks at it."
         _say(notices, "text cell", slot, text)
         return Answer(slot, "text", nb.cells[place].source, f"Task {slot.task.number}: {text}"), None
@@ -181,32 +181,6 @@ def _choose(
     if chosen.tree is None:
         return Answer(slot, "broken", chosen.source, chosen.trouble), chosen
     return Answer(slot, "found", chosen.source), chosen
-
-
-def _place_in_text(slot: Slot, nb: NotebookNode, lab: ReleasedLab) -> int | None:
-    """The place of a text cell that holds the answer of a task; None where there is none.
-
-    It is the cell that was the task's, or holds its function; of a task to explain also own words below its heading.
-    """
-    wanted = re.compile(rf"^[ \t]*(async )?def {slot.function}\b", re.M)
-    heading = 0
-    for place, cell in enumerate(nb.cells):
-        heading = _heading(cell, heading)
-        text = cell.source.replace(slot.stub.strip(), "").strip()
-        if cell.cell_type == "code" or text in lab.texts or not text:
-            continue
-        words = slot.task.kind == "explain" and heading == slot.task.number
-        if words and not re.search(r"^[ \t]*(#|<details)", text, re.M):
-            return place
-        if cell.get("id", "") == slot.cell or wanted.search(text):
-            return place
-    return None
-
-
-def _heading(cell: NotebookNode, above: int) -> int:
-    """The number of the task whose heading stands in or above a cell."""
-    seen = task_heading(cell.source) if cell.cell_type == "markdown" else None
-    return seen.number if seen else above
 
 
 def _fill(

@@ -25,6 +25,7 @@ from course_lib.tasks.judging import UNSTEADY, Result
 from course_lib.tasks.running import answered, asked
 from course_lib.tasks.sources import forbidden_in_text
 
+from .causes import with_causes
 from .kernel_imports import SILENT, Room, build_room, rooms_of
 from .limits import Limits
 from .sandbox import Held, NoSandbox, machine, probe_sandbox
@@ -39,21 +40,6 @@ __all__ = [
 
 ROOT = Path(__file__).resolve().parents[3]
 MOST_SOURCE = 20_000
-SYSTEM_ERRORS = (
-    ("No space left on device", "folder_mb"),
-    ("File too large", "file_mb"),
-    ("Too many open files", "open_files"),
-    ("Unable to allocate", "memory_mb"),
-    ("MemoryError", "memory_mb"),
-    ("can't start new thread", "threads"),
-    ("Resource temporarily unavailable", "threads"),
-)
-"""What the system says inside when a limit strikes there, and which limit it is."""
-NOT_THERE = (
-    ("FileNotFoundError", "No file of your own is there when a lab is graded."),
-    ("StdinNotImplementedError", "Nobody is there to answer input() when a lab is graded."),
-)
-"""What Python says inside of what every learner has and no graded notebook."""
 
 
 class Job(TypedDict):
@@ -213,22 +199,8 @@ def _grade(job: Job, record: Record, prepared: Prepared, held: Held, limits: Lim
     ]
     for task in record["tasks"]:
         if task["points"] < task["max"]:
-            task["error"] = _with_causes(task, done[task["id"]].raised.get(task["id"], ""), limits)
+            task["error"] = with_causes(task, done[task["id"]].raised.get(task["id"], ""), limits)
     record["points"] = round(sum(task["points"] for task in record["tasks"]), 2)
-
-
-def _with_causes(task: TaskRecord, raised: str, limits: Limits) -> str:
-    """The error with what lies behind it: a line of the cell that failed first, a limit, what is not there.
-
-    It stands before the inputs, which a student is not told.
-    """
-    error, given, inputs = task["error"].partition(" It was given ")
-    if raised and raised not in error:
-        error += f" Before that, {raised}."
-    if task["status"] == "raised":
-        name = next((name for words, name in SYSTEM_ERRORS if words in error), "")
-        error += f" That is a limit of grading: {name} = {getattr(limits, name):g}." if name else ""
-    return "".join([error, *(f" {text}" for word, text in NOT_THERE if word in error), given, inputs])
 
 
 def fresh_cases(task: tasks.Task, seed: int) -> tuple[tasks.Case, ...]:

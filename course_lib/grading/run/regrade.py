@@ -13,7 +13,7 @@ from course_lib.grading.intake.intake import original
 from course_lib.grading.ledger.ledger import Decision, Entry, Ledger, Run
 from course_lib.grading.records import Record
 from course_lib.grading.release.released import released_lab
-from course_lib.grading.run.grade_submission import grader_version, held_by
+from course_lib.grading.run.grade_submission import grader_version
 from course_lib.grading.run.sandbox import machine
 
 __all__ = ["Change", "Engine", "apply", "changes", "job_of", "outdated", "rerun"]
@@ -56,9 +56,7 @@ def outdated(ledger: Ledger, labs: Sequence[str]) -> list[Outdated]:
             if entry.run is None or entry.status == "infrastructure" or entry.trouble:
                 continue
             before = ledger.run(entry.run)
-            run = replace(
-                before, lab_version=released_lab(lab).version, environment=machine(), grader=grader_version()
-            )
+            run = replace(before, lab_version=released_lab(lab).version, environment=machine(), grader=grader_version())
             if run != before:
                 found.append((run, entry, ledger.newest(entry)))
     return found
@@ -66,7 +64,6 @@ def outdated(ledger: Ledger, labs: Sequence[str]) -> list[Outdated]:
 
 def rerun(found: Sequence[Outdated], store: Path, sandbox: str, engine: Engine) -> list[Record]:
     """Grade again, with the seeds and limits of before; in the order of `found`."""
-    held_by(sandbox, store)
     jobs = [job_of(store, run, entry, old["seed"], sandbox) for run, entry, old in found]
     records: dict[int, Record] = {}
     engine(jobs, records.__setitem__)
@@ -88,9 +85,7 @@ def changes(found: Sequence[Outdated], records: Sequence[Record]) -> list[Change
                 cause = "the lab changed"
             else:
                 cause = "the grader or its environment changed"
-            result.append(
-                Change(entry, task["id"], was["points"], task["points"], f"{cause}; now: {task['error']}")
-            )
+            result.append(Change(entry, task["id"], was["points"], task["points"], f"{cause}; now: {task['error']}"))
     return result
 
 
@@ -99,9 +94,7 @@ def _counts(old: Record, new: Record) -> bool:
     return new["status"] == "graded" or new["status"] == old["status"]
 
 
-def apply(
-    ledger: Ledger, found: Sequence[Outdated], records: Sequence[Record], never_lower: bool
-) -> tuple[int, int]:
+def apply(ledger: Ledger, found: Sequence[Outdated], records: Sequence[Record], never_lower: bool) -> tuple[int, int]:
     """Append the new records; with `never_lower`, also a decision for each task that would have lost points.
 
     Returns

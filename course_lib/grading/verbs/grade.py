@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import sys
 import time
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -27,16 +26,14 @@ from course_lib.grading.release.private import keep_private, use_kept
 from course_lib.grading.release.released import released_lab
 from course_lib.grading.run.grade_submission import grader_version, held_by, unreadable_record
 from course_lib.grading.run.limits import Limits, read_limits
-from course_lib.grading.run.pool import good_workers, grade_jobs
 from course_lib.grading.run.regrade import Engine, job_of, outdated
-from course_lib.grading.run.sandbox import NoSandbox, machine
+from course_lib.grading.run.sandbox import machine
 from course_lib.grading.run.seeds import draw_seed
 from course_lib.grading.safe_text import clean
 
-__all__ = ["EXIT", "Settings", "grade", "grade_folder"]
+from .engine import EXIT, chosen_engine, engine_options
 
-EXIT = {"all": 0, "person": 1, "usage": 2, "no sandbox": 3, "infrastructure": 4, "interrupted": 130}
-"""Exit codes: all graded; some need a person; usage; no sandbox; infrastructure failures are left; interrupted."""
+__all__ = ["EXIT", "Settings", "grade", "grade_folder"]
 
 MOST_LINE = 2_000
 
@@ -63,12 +60,11 @@ class Settings:
 @click.argument("folder", type=click.Path(exists=True, path_type=Path))
 @click.option("--lab", metavar="NAME", help="Grade everything as this lab, instead of finding out.")
 @click.option("--student", metavar="ID", help="Grade only this student's submissions.")
-@click.option("--seed", type=click.IntRange(0, 2**62), help="Decides the inputs, with a secret of the ledger; else random.")
+@click.option(
+    "--seed", type=click.IntRange(0, 2**62), help="Decides the inputs, with a secret of the ledger; else random."
+)
 @click.option("--seed-per-student", is_flag=True, help="Each student gets inputs of their own, derived from the seed.")
-@click.option("--workers", type=click.IntRange(1), help="Submissions at once; without it, as cores and memory allow.")
-@click.option("--dask", "dask", metavar="ADDRESS", help="Grade on an existing Dask cluster (tls://…).")
-@click.option("--sandbox", type=click.Choice(["bwrap", "none"]), default="bwrap", show_default=True)
-@click.option("--i-trust-these-submissions", "trust", is_flag=True, help="Needed with --sandbox none.")
+@engine_options
 @click.option("--roster", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="CSV: id,name,group.")
 @click.option(
     "--extensions", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="CSV: student,lab,due."
@@ -92,20 +88,17 @@ def grade(workers: int | None, dask: str | None, trust: bool, limits: Path | Non
     Exit codes: 0 all graded, 1 some need a person, 2 usage, 3 no sandbox, 4 infrastructure failures left,
     130 interrupted.
     """
-    if told["sandbox"] == "none" and not trust:
-        raise click.UsageError(
-            "--sandbox none runs submitted code with your rights, on your files: add --i-trust-these-submissions "
-            "if you wrote them yourself."
-        )
     settings = Settings(limits=read_limits(limits) if limits else None, **told)
+    engine = chosen_engine(
+        *(settings.folder, settings.out),
+        workers=workers,
+        dask=dask,
+        sandbox=settings.sandbox,
+        trust=trust,
+        limits=settings.limits,
+    )
     try:
-        held_by(settings.sandbox, settings.folder, settings.out)
-    except NoSandbox as error:
-        click.echo(str(error), err=True)
-        sys.exit(EXIT["no sandbox"])
-    count = workers or good_workers((settings.limits or read_limits()).memory_mb)
-    try:
-        code = grade_folder(settings, _engine(dask, count), Console())
+        code = grade_folder(settings, engine, Console())
     except CourseError as error:
         click.echo(str(error), err=True)
         code = EXIT["usage"]
@@ -113,15 +106,6 @@ def grade(workers: int | None, dask: str | None, trust: bool, limits: Path | Non
         click.echo("\nInterrupted. What was graded is kept; run the same command to go on.", err=True)
         code = EXIT["interrupted"]
     sys.exit(code)
-
-
-def _engine(dask: str | None, workers: int) -> Engine:
-    """What grades the jobs: workers of this machine, or of a cluster."""
-    if dask is None:
-        return lambda jobs, on_record: grade_jobs(jobs, workers, on_record)
-    from course_lib.grading.run.cluster import grade_on_cluster
-
-    return lambda jobs, on_record: grade_on_cluster(dask, jobs, on_record)
 
 
 def grade_folder(settings: Settings, engine: Engine, console: Console) -> int:

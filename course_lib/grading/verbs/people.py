@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
+from typing import Any
 
 import click
 from rich.console import Console
@@ -15,6 +15,7 @@ from course_lib.grading.ledger.ledger import Decision, Ledger
 from course_lib.grading.ledger.resolve import find_lab, find_standing, find_submission, find_task
 from course_lib.grading.safe_text import clean, shown
 
+from .engine import chosen_engine, engine_options
 from .tell import grades_option
 
 __all__ = ["adjust", "explain", "forget", "marks", "regrade"]
@@ -33,43 +34,23 @@ def _ledger(grades: Path, write: bool = False) -> Ledger:
 @click.option("--dry-run", is_flag=True, help="Only list whose grade would change.")
 @click.option("--never-lower", is_flag=True, help="Nobody loses points by it.")
 @click.option("--yes", is_flag=True, help="Change without asking.")
-@click.option("--workers", type=click.IntRange(1), help="Submissions at once.")
-@click.option("--sandbox", type=click.Choice(["bwrap", "none"]), default="bwrap", show_default=True)
-@click.option("--i-trust-these-submissions", "trust", is_flag=True, help="Needed with --sandbox none.")
+@engine_options
 def regrade(
-    labs: tuple[str, ...],
-    grades: Path,
-    dry_run: bool,
-    never_lower: bool,
-    yes: bool,
-    workers: int | None,
-    sandbox: str,
-    trust: bool,
+    labs: tuple[str, ...], grades: Path, dry_run: bool, never_lower: bool, yes: bool, sandbox: str, **told: Any
 ) -> None:
     """Grade again what was graded by an earlier version of a lab, its judges or the grader, with the same seeds.
 
     Lists whose grade changes, and why, before it changes any.
     """
-    from course_lib.grading.run.limits import read_limits
-    from course_lib.grading.run.pool import good_workers, grade_jobs
     from course_lib.grading.run.regrade import apply, changes, outdated, rerun
-    from course_lib.grading.run.sandbox import NoSandbox
 
-    from .grade import EXIT
-
-    if sandbox == "none" and not trust:
-        raise click.UsageError("--sandbox none needs --i-trust-these-submissions.")
-    count = workers or good_workers(read_limits().memory_mb)
     with _ledger(grades, write=not dry_run) as ledger:
         found = outdated(ledger, [find_lab(lab) for lab in labs] or list(tasks.lab_numbers()))
         click.echo(f"{len(found)} submissions were graded by an earlier version.")
         if not found:
             return
-        try:
-            records = rerun(found, grades / "originals", sandbox, lambda jobs, keep: grade_jobs(jobs, count, keep))
-        except NoSandbox as error:
-            click.echo(str(error), err=True)
-            sys.exit(EXIT["no sandbox"])
+        engine = chosen_engine(grades, sandbox=sandbox, **told)
+        records = rerun(found, grades / "originals", sandbox, engine)
         changed = changes(found, records)
         table = Table("student", "task", "points", "why", title=f"{len(changed)} grades change")
         for one in changed:
