@@ -65,7 +65,7 @@ def test_a_kernel_that_ends_itself_is_noticed_at_once(monkeypatch):
 def test_the_ledger_cannot_be_reached(tmp_path):
     path = tmp_path / "ledger.sqlite"
     with Ledger(path) as ledger:
-        ledger.set_settings("points", {"mallory": 0})
+        ledger.set_settings("points", "0")
     code = f"""
 tools = [__import__("sqlite3")]
 
@@ -79,10 +79,10 @@ def metres(depth_mm):
     one = nothing_gained(data)
     assert one["reason"] in ("raised", "refused"), one
     with Ledger(path, write=False) as ledger:
-        assert ledger.settings("points") == {"mallory": 0}
+        assert ledger.settings("points") == "0"
     assert task(graded("00", data, sandbox="none"), 1)["points"] == 1  # the control: without the sandbox it was written
     with Ledger(path, write=False) as ledger:
-        assert ledger.settings("points") == 100
+        assert ledger.settings("points") == "100"
 
 
 def rewritten(change) -> bytes:

@@ -14,7 +14,7 @@ from grading_helpers import submission
 
 from course_lib.authoring.tree import CourseError
 from course_lib.grading.intake.intake import IntakeLimits, Submission, original, read_class
-from course_lib.grading.intake.roster import Person, Roster, read_roster
+from course_lib.grading.intake.roster import COLUMNS, Person, Roster, kept_of, read_roster
 
 DATA = submission("00", solved=True)
 NAME = "00_start_here.ipynb"
@@ -255,4 +255,6 @@ def test_a_roster_as_excel_saves_it(tmp_path):
     path.write_text('\ufeffID;Name;Group;Mail\nParticipant 12345;"Doe; Jane";Mo;x@y\n', encoding="utf-8")
     roster = read_roster(path)
     assert roster.people == (Person("12345", "Doe; Jane", "Mo"),)
-    assert Roster.from_dict(roster.as_dict()) == roster
+    kept = kept_of(path, COLUMNS)
+    assert read_roster(kept) == roster and "x@y" not in kept  # nothing else is kept
+    assert read_roster(kept_of(kept, COLUMNS, without="12345")).people == ()

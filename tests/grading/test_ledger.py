@@ -12,6 +12,7 @@ from course_lib.authoring.tree import CourseError
 from course_lib.grading.intake.intake import Submission
 from course_lib.grading.ledger.ledger import Decision, Ledger
 from course_lib.grading.records import FORMAT, Record
+from course_lib.grading.tell.export import csv_text
 
 UNDER = {"lab": "00", "lab_version": "v1", "environment": "e", "grader": "g", "isolation": "i", "per_student": False}
 
@@ -172,9 +173,10 @@ def test_forgetting_leaves_no_byte(path, student):
         for entry in (mine, shared, others):
             ledger.record(run, entry, record(run.seed, reason=f"of {entry.student}"))
         ledger.decide(Decision(student, "00", "adjust", "me", f"because {student}", mine.id, "00-1", 1.0))
-        ledger.set_settings("roster", {"people": [[student, student, ""], ["bob", "Bob", ""]]})
-        ledger.set_settings("extensions", {"rows": [[student, "00", "excused"]]})
+        ledger.set_settings("roster", csv_text([["id", "name", "group"], [student, student, ""], ["bob", "Bob", ""]]))
+        ledger.set_settings("extensions", csv_text([["student", "lab", "due"], [student, "00", "excused"]]))
         assert ledger.forget(student) == ["a" * 64]
+        assert "bob,Bob" in ledger.settings("roster")
         assert [entry.student for entry in ledger.entries()] == ["bob"] and ledger.newest(others)["points"] == 1.0
     left = b"".join(file.read_bytes() for file in path.parent.iterdir())
     assert student.encode() not in left and json.dumps(student)[1:-1].encode() not in left

@@ -19,14 +19,15 @@ import unicodedata
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 from course_lib.authoring.tree import CourseError
 from course_lib.grading.safe_text import shown
 
 from .authorship import Author
 
-__all__ = ["Person", "Roster", "read_roster", "rows_of"]
+__all__ = ["COLUMNS", "Person", "Roster", "kept_of", "read_roster", "rows_of", "student_id", "text_of"]
+
+COLUMNS = ("id", "name", "group")
 
 
 @dataclass(frozen=True)
@@ -64,15 +65,6 @@ class Roster:
         """The person of an id."""
         return next((person for person in self.people if person.id == student), None)
 
-    def as_dict(self) -> dict[str, Any]:
-        """Plain data, for the ledger."""
-        return {"people": [[person.id, person.name, person.group] for person in self.people]}
-
-    @staticmethod
-    def from_dict(values: dict[str, Any]) -> Roster:
-        """The roster of plain data."""
-        return Roster(tuple(Person(*row) for row in values["people"]))
-
 
 def _letters(name: str) -> str:
     """A name without case, accents and punctuation: "Doe, José" is "doejose"."""
@@ -88,7 +80,25 @@ def _spellings(name: str) -> set[str]:
     return {"".join(order) for order in orders}
 
 
-def rows_of(path: Path, needed: tuple[str, ...]) -> list[tuple[int, dict[str, str]]]:
+def text_of(source: Path | str) -> tuple[str, str]:
+    """The text and the name of a file that an instructor wrote; a text of one, which a ledger kept, stays as it is.
+
+    Raises
+    ------
+    CourseError
+        If it cannot be read or is not UTF-8.
+    """
+    if isinstance(source, str):
+        return source, "the ledger"
+    try:
+        return source.read_text(encoding="utf-8-sig"), source.name
+    except UnicodeDecodeError:
+        raise CourseError(f"{source.name} is not UTF-8: save it as UTF-8 (of a spreadsheet, as CSV UTF-8).") from None
+    except OSError as error:
+        raise CourseError(f"{source.name} cannot be read: {error.strerror}.") from error
+
+
+def rows_of(source: Path | str, needed: tuple[str, ...]) -> list[tuple[int, dict[str, str]]]:
     """The rows of a CSV file with a heading, each with its line.
 
     Raises
@@ -96,18 +106,13 @@ def rows_of(path: Path, needed: tuple[str, ...]) -> list[tuple[int, dict[str, st
     CourseError
         If it cannot be read, is not UTF-8, or lacks a column.
     """
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise CourseError(f"{path.name} is not UTF-8: save it as CSV UTF-8.") from None
-    except OSError as error:
-        raise CourseError(f"{path.name} cannot be read: {error.strerror}.") from error
+    text, name = text_of(source)
     first = text.split("\n", 1)[0]
     reader = csv.DictReader(io.StringIO(text), delimiter=";" if first.count(";") > first.count(",") else ",")
-    names = [(name or "").strip().lower() for name in reader.fieldnames or ()]
-    lacking = [name for name in needed if name not in names]
+    names = [(column or "").strip().lower() for column in reader.fieldnames or ()]
+    lacking = [column for column in needed if column not in names]
     if lacking:
-        raise CourseError(f"{path.name}, line 1: there is no column {lacking[0]!r}; it needs {', '.join(needed)}.")
+        raise CourseError(f"{name}, line 1: there is no column {lacking[0]!r}; it needs {', '.join(needed)}.")
     reader.fieldnames = names
     rows = []
     for row in reader:
@@ -121,8 +126,21 @@ def rows_of(path: Path, needed: tuple[str, ...]) -> list[tuple[int, dict[str, st
     return rows
 
 
-def read_roster(path: Path) -> Roster:
-    """Read a roster; see this module for its form.
+def student_id(text: str) -> str:
+    """An id as it can be typed, without the word that Moodle writes before it."""
+    return shown(re.sub(r"^participant\s+", "", text, flags=re.I))
+
+
+def kept_of(source: Path | str, columns: tuple[str, ...], without: str = "") -> str:
+    """What a ledger keeps of such a file: these columns, and nothing of one student; the first column is the id."""
+    out = io.StringIO()
+    rows = [[row.get(column, "") for column in columns] for _, row in rows_of(source, columns[:1])]
+    csv.writer(out).writerows([columns, *(row for row in rows if not without or student_id(row[0]) != without)])
+    return out.getvalue()
+
+
+def read_roster(source: Path | str) -> Roster:
+    """Read a roster; see this module for its form. One from which everybody was erased is empty.
 
     Raises
     ------
@@ -130,13 +148,14 @@ def read_roster(path: Path) -> Roster:
         Naming file and line, if an id is missing or stands twice.
     """
     people: dict[str, Person] = {}
-    for line, row in rows_of(path, ("id", "name")):
-        student = shown(re.sub(r"^participant\s+", "", row["id"], flags=re.I))
+    name = text_of(source)[1]
+    for line, row in rows_of(source, COLUMNS[:2]):
+        student = student_id(row["id"])
         if not student:
-            raise CourseError(f"{path.name}, line {line}: the id is missing.")
+            raise CourseError(f"{name}, line {line}: the id is missing.")
         if student in people:
-            raise CourseError(f"{path.name}, line {line}: the id {student!r} stands there twice.")
+            raise CourseError(f"{name}, line {line}: the id {student!r} stands there twice.")
         people[student] = Person(student, row["name"] or student, row.get("group", ""))
-    if not people:
-        raise CourseError(f"{path.name} names nobody.")
+    if not people and isinstance(source, Path):
+        raise CourseError(f"{name} names nobody.")
     return Roster(tuple(people.values()))

@@ -6,14 +6,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from course_lib import tasks
-from course_lib.grading.intake.roster import Roster
+from course_lib.grading.intake.roster import Roster, read_roster
 from course_lib.grading.records import Record, TaskRecord
 from course_lib.grading.release.released import released_lab
 
 from .ledger import Decision, Entry, Ledger
-from .policy import Attempt, Extensions, Policy
+from .policy import Attempt, Extensions, Policy, read_extensions, read_policy
 
-__all__ = ["Standing", "TaskStanding", "standings"]
+__all__ = ["Standing", "TaskStanding", "policy_of", "standings"]
 
 POINTS = ("adjust", "mark", "kept")
 """Kinds of decisions that give points to a task; the last counts. "kept" is `regrade --never-lower`, no person."""
@@ -87,12 +87,17 @@ class _Rules:
     decisions: dict[int | None, list[Decision]]
 
 
+def policy_of(ledger: Ledger) -> Policy:
+    """When labs are due, what lateness costs, which attempt counts."""
+    return read_policy(ledger.settings("policy"))
+
+
 def standings(ledger: Ledger, lab: str | None = None, student: str | None = None) -> list[Standing]:
     """What counts, by lab and then in the order of the roster; whoever is not in it comes after."""
     rules = _Rules(
-        Roster.from_dict(ledger.settings("roster") or {"people": []}),
-        Policy.from_dict(ledger.settings("policy") or {}),
-        Extensions.from_dict(ledger.settings("extensions") or {}),
+        read_roster(text) if (text := ledger.settings("roster")) else Roster(()),
+        policy_of(ledger),
+        read_extensions(text) if (text := ledger.settings("extensions")) else Extensions(),
         {},
     )
     for decision in ledger.decisions():

@@ -12,12 +12,13 @@ import secrets
 import sqlite3
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, astuple, fields
-from typing import Any
 
 from course_lib.authoring.tree import CourseError
+from course_lib.grading.intake import roster
 from course_lib.grading.intake.intake import Submission
 from course_lib.grading.records import Record
 
+from . import policy
 from .database import Database
 from .rows import TOLD, Decision, Entry, Run, now, row_of
 from .schema import NEWEST
@@ -213,15 +214,15 @@ class Ledger(Database):
 
     # settings
 
-    def set_settings(self, name: str, value: dict[str, Any]) -> None:
-        """Remember a roster, extensions or a policy as plain data; a later one takes its place."""
+    def set_settings(self, name: str, text: str) -> None:
+        """Remember the text of a roster, of extensions or of a policy; a later one takes its place."""
         with self.all_or_nothing():
-            self.db.execute("INSERT OR REPLACE INTO settings VALUES (?, ?)", (name, json.dumps(value)))
+            self.db.execute("INSERT OR REPLACE INTO settings VALUES (?, ?)", (name, text))
 
-    def settings(self, name: str) -> dict[str, Any] | None:
-        """What was remembered under a name."""
+    def settings(self, name: str) -> str:
+        """The text that was remembered under a name; "" if none was."""
         row = self.db.execute("SELECT value FROM settings WHERE name = ?", (name,)).fetchone()
-        return json.loads(row["value"]) if row else None
+        return row["value"] if row else ""
 
     def forget(self, student: str) -> list[str]:
         """Erase a student; the hashes of originals that nobody else handed in.
@@ -235,14 +236,10 @@ class Ledger(Database):
             for entry in mine:
                 self.db.execute("DELETE FROM entries WHERE id = ?", (entry.id,))
             self.db.execute("DELETE FROM decisions WHERE student = ?", (student,))
-            roster = self.settings("roster")
-            if roster is not None:
-                roster["people"] = [row for row in roster["people"] if row[0] != student]
-                self.db.execute("UPDATE settings SET value = ? WHERE name = 'roster'", (json.dumps(roster),))
-            extensions = self.settings("extensions")
-            if extensions is not None:
-                extensions["rows"] = [row for row in extensions["rows"] if row[0] != student]
-                self.db.execute("UPDATE settings SET value = ? WHERE name = 'extensions'", (json.dumps(extensions),))
+            for name, columns in (("roster", roster.COLUMNS), ("extensions", policy.COLUMNS)):
+                if text := self.settings(name):
+                    left = roster.kept_of(text, columns, without=student)
+                    self.db.execute("UPDATE settings SET value = ? WHERE name = ?", (left, name))
             self.db.execute("UPDATE about SET forgetting = 0")
         self.db.execute("VACUUM")
         self.db.execute("PRAGMA wal_checkpoint(TRUNCATE)")

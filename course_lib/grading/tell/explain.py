@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from course_lib import tasks
-from course_lib.grading.ledger.attempts import Standing, standings
+from course_lib.grading.ledger.attempts import Standing, policy_of, standings
 from course_lib.grading.ledger.ledger import Ledger
 from course_lib.grading.safe_text import clean
 
@@ -25,8 +25,7 @@ def explain(ledger: Ledger, one: Standing, task: tasks.Task) -> Iterator[str]:
         late = ", marked late" if entry.late else ""
         yield f" {mark} attempt {entry.attempt}: {clean(entry.path)}, received {entry.received or 'unknown'}{late}"
         yield f"      sha256 {entry.sha256 or 'none'}" + (f"; {clean(entry.trouble)}" if entry.trouble else "")
-    policy = (ledger.settings("policy") or {}).get("counts", "last")
-    yield f"The attempt that counts (->) is the {policy} one."
+    yield f"The attempt that counts (->) is the {policy_of(ledger).counts} one."
     if one.record is None:
         yield "Nothing of it has been graded."
         return

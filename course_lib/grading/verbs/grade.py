@@ -17,10 +17,10 @@ from course_lib import tasks
 from course_lib.authoring.tree import CourseError
 from course_lib.grading.disks import disk_told
 from course_lib.grading.intake.intake import IntakeLimits, Submission, read_class
-from course_lib.grading.intake.roster import read_roster
+from course_lib.grading.intake.roster import COLUMNS, kept_of, read_roster, text_of
+from course_lib.grading.ledger import policy
 from course_lib.grading.ledger.attempts import standings
 from course_lib.grading.ledger.ledger import Entry, Ledger
-from course_lib.grading.ledger.policy import read_extensions, read_policy
 from course_lib.grading.records import Record
 from course_lib.grading.release.private import keep_private, use_kept
 from course_lib.grading.release.released import released_lab
@@ -126,7 +126,7 @@ def grade_folder(settings: Settings, engine: Engine, console: Console) -> int:
     if settings.lab is not None:
         released_lab(settings.lab)
     with Ledger(settings.out / "ledger.sqlite") as ledger:
-        _keep_settings(ledger, settings, roster)
+        _keep_settings(ledger, settings)
         found, left = read_class(
             settings.folder,
             lab=settings.lab,
@@ -155,14 +155,16 @@ def _of(student: str | None) -> str:
     return f" of {student}" if student else ""
 
 
-def _keep_settings(ledger: Ledger, settings: Settings, roster: Any) -> None:
+def _keep_settings(ledger: Ledger, settings: Settings) -> None:
     """Remember roster, extensions and policy: everything that counts later comes from the ledger."""
-    if roster is not None:
-        ledger.set_settings("roster", roster.as_dict())
+    if settings.roster:
+        ledger.set_settings("roster", kept_of(settings.roster, COLUMNS))
     if settings.extensions:
-        ledger.set_settings("extensions", read_extensions(settings.extensions).as_dict())
+        policy.read_extensions(settings.extensions)
+        ledger.set_settings("extensions", kept_of(settings.extensions, policy.COLUMNS))
     if settings.late_policy:
-        ledger.set_settings("policy", read_policy(settings.late_policy).as_dict())
+        policy.read_policy(settings.late_policy)
+        ledger.set_settings("policy", text_of(settings.late_policy)[0])
 
 
 def _grade_lab(
