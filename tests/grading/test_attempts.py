@@ -253,7 +253,7 @@ def test_what_is_graded_is_not_graded_again(one, monkeypatch):
     for told in ({}, {"seed": 4}, {"seed_per_student": True}, {"limits": read_limits().but(task_seconds=1)}):
         code, said = one.grade("class", **told)
         assert (code, one.jobs, len(one.records())) == (0, [], 1)
-        assert "1 are graded already, 1 of them by an earlier version" in said and "regrade 00 --dry-run" in said
+        assert "Graded already: 1, 1 by an earlier version" in said and "regrade 00 --dry-run" in said
     monkeypatch.setattr(Ledger, "take", lambda *told: [replace(entry, status="") for entry in take(*told)])
     one.grade("class")
     assert len(one.jobs) == len(one.records()) - 1 == 1  # the control: what another grader graded was graded again

@@ -52,9 +52,12 @@ GRADE = "course grade class --out disk/grades --workers 1 --seed 3"
 
 
 @pytest.mark.slow
-def test_a_disk_that_cannot_be_written(place):
+@pytest.mark.parametrize(
+    "command", [GRADE, "course release 00 --out disk/released", "course release --worked-class --out disk/class"]
+)
+def test_a_disk_that_cannot_be_written(place, command):
     at = str(place / "disk")
-    refused(on(["--ro-bind", at, at], place, GRADE), place)
+    refused(on(["--ro-bind", at, at], place, command), place)
 
 
 @pytest.mark.slow

@@ -24,13 +24,13 @@ class Database:
 
     db: sqlite3.Connection
 
-    def __init__(self, path: Path, write: bool = True) -> None:
+    def __init__(self, path: Path, write: bool = True, make: bool = True) -> None:
         self.path = path
-        self._write = write
+        self._write, self._make = write, write and make
         self._lock = FileLock(str(path) + ".lock")
 
     def __enter__(self) -> Self:
-        if not self._write and not self.path.is_file():
+        if not self._make and not self.path.is_file():
             raise CourseError(f"{self.path.parent} holds no grades: make them with `course.py grade FOLDER --out …`.")
         if self._write:
             try:

@@ -34,13 +34,14 @@ class Ledger(Database):
 
     Parameters
     ----------
-    path : of ledger.sqlite; made if it is not there.
+    path : of ledger.sqlite.
     write : False only reads, and may go on beside a grader.
+    make : whether who writes makes it, if it is not there.
 
     Raises
     ------
     CourseError
-        If it is not there (for reading), is damaged, is of another course, or another grader writes to it.
+        If it is not there and not made, is damaged, is of another course, or another grader writes to it.
     """
 
     # runs
@@ -148,13 +149,14 @@ class Ledger(Database):
     def take(self, submissions: Sequence[Submission]) -> list[Entry]:
         """Add what is new of one download, and give the entries of all of them."""
         with self.all_or_nothing():
+            added = now()
             download = self.db.execute("SELECT coalesce(max(download), 0) + 1 FROM entries").fetchone()[0]
             for one in submissions:
                 # of what is here already, who it is may have become known since, from a better roster
                 self.db.execute(
                     f"INSERT INTO entries ({', '.join(TOLD)}, download, added) VALUES ({'?, ' * len(TOLD)}?, ?) "
                     "ON CONFLICT (lab, sha256, path) DO UPDATE SET student = excluded.student WHERE student = ''",
-                    (*astuple(one), download, now()),
+                    (*astuple(one), download, added),
                 )
         keys = {(one.lab, one.sha256, one.path) for one in submissions}
         return [entry for entry in self.entries() if (entry.lab, entry.sha256, entry.path) in keys]

@@ -29,7 +29,7 @@ from course_lib.grading.run.limits import Limits, read_limits
 from course_lib.grading.run.regrade import Engine, job_of, outdated
 from course_lib.grading.run.sandbox import machine
 from course_lib.grading.run.seeds import draw_seed
-from course_lib.grading.safe_text import clean
+from course_lib.grading.safe_text import clean, shown
 
 from .engine import EXIT, chosen_engine, engine_options
 
@@ -135,7 +135,7 @@ def grade_folder(settings: Settings, engine: Engine, console: Console) -> int:
             store=settings.out / "originals",
         )
         if settings.student is not None:
-            found = [one for one in found if one.student == settings.student]
+            found = [one for one in found if one.student == shown(settings.student)]
         if not found:
             raise CourseError(f"{settings.folder} holds no submission{_of(settings.student)}: is it the right folder?")
         tally = _Tally(console)
@@ -173,12 +173,12 @@ def _grade_lab(
     entries = ledger.take(found)
     pending = [entry for entry in entries if entry.status in ("", "infrastructure")]
     tally.say(f"Lab {number}: {len(entries)} handed in, {len(pending)} to grade.")
-    if len(pending) < len(entries):
+    if done := len(entries) - len(pending):
         old = {entry.id for _, entry, _ in outdated(ledger, [number])} & {entry.id for entry in entries}
-        why = f", {len(old)} of them by an earlier version of lab or grader" if old else ""
+        why = f", {len(old)} by an earlier version of lab or grader" if old else ""
         tally.say(
-            f"  {len(entries) - len(pending)} are graded already{why}, and stay as they are: "
-            f"`course.py regrade {number} --dry-run --grades {settings.out}` says what would change."
+            f"  Graded already: {done}{why}. That stays as it is; `course.py regrade {number} --dry-run --grades "
+            f"{settings.out}` says what would change."
         )
     if pending:
         _grade_pending(ledger, settings, number, pending, engine, tally)

@@ -22,10 +22,7 @@ __all__ = ["adjust", "explain", "forget", "marks", "regrade"]
 
 
 def _ledger(grades: Path, write: bool = False) -> Ledger:
-    path = grades / "ledger.sqlite"
-    if not path.is_file():
-        raise CourseError(f"{grades} holds no grades: make them with `course.py grade FOLDER --out {grades}`.")
-    return Ledger(path, write)
+    return Ledger(grades / "ledger.sqlite", write, make=False)
 
 
 @click.command("regrade")
