@@ -149,14 +149,15 @@ def test_cells_changed_around_a_wrong_answer(change, naively):
     assert green(naively[change.__name__])  # the control: green where the notebook itself is run
 
 
-def test_a_task_cell_that_is_a_text_now_is_no_answer():
+def test_a_task_cell_that_is_a_text_now_earns_nothing_by_itself():
     def text(nb):
         cell = nb.cells[place(nb, "task-1")]
         cell.cell_type = "markdown"
         for key in ("outputs", "execution_count"):
             cell.pop(key, None)
 
-    assert nothing_gained(rewritten(text))["reason"] == "missing"
+    one = nothing_gained(rewritten(text))
+    assert (one["status"], one["reason"]) == ("by hand", "text cell")  # it is not run: a person looks at it
 
 
 def test_one_malformed_file_does_not_stop_the_class(tmp_path):
