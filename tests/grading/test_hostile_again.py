@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import os
 import socket
 import tempfile
@@ -16,10 +17,14 @@ import numpy as np
 import psutil
 import pytest
 from grading_helpers import graded, need_sandbox, submission, task
-from test_hostile_found import weaken
+from test_hostile_found import weaken, wire
 
 from course_lib import tasks
+from course_lib.grading.intake.intake import IntakeLimits
+from course_lib.grading.intake.untrusted_notebook import Unreadable, notebook_of
+from course_lib.grading.release import cell_source
 from course_lib.grading.run import counting, grade_submission, kernel, sandbox, watchdog
+from course_lib.grading.run.reading import read_apart
 from course_lib.grading.run.sandbox import NoSandbox, probe_sandbox
 
 pytestmark = pytest.mark.slow
@@ -83,6 +88,89 @@ def test_the_probe_looks_for_the_files_of_this_course(monkeypatch):
     assert sandbox._look(held, [sandbox.ROOT]) == ""
     monkeypatch.setattr(sandbox, "_bound", lambda: [*bound, str(sandbox.ROOT)])
     assert f"{sandbox.ROOT}/course.py" in sandbox._look(held, [sandbox.ROOT])
+
+
+# What is read before anything is run
+
+
+def test_a_magic_is_taken_out_where_a_statement_begins_and_only_there():
+    cell = """%%time
+def f(a, b):
+    %time g()
+    x = !ls -l \\
+  more
+    return """ + "\'\'\'\\n%kept\\n\'\'\'" + """ % (
+  a
+  % b)
+f?
+?f
+np.sum??
+y = '%d' % 3
+z = %x
+!it's (
+w = "it's" if a != 3 else b  # don't (
+%end"""
+    lines = cell_source.plain_python(cell).split("\n")
+    assert len(lines) == cell.count("\n") + 1 and cell_source.parse("\n".join(lines))[0] is not None
+    changed = [i for i, (new, old) in enumerate(zip(lines, cell.split("\n"), strict=True)) if new != old]
+    assert [cell.split("\n")[i][:12].split("(")[0].strip() for i in changed] == [
+        *("%%time", "%time g", "x = !ls", "more", "f?", "?f", "np.sum??", "z = %x", "!it's", "%end")
+    ]
+
+
+def reading(read: Callable[[], Any]) -> str:
+    """Why something is not read, within a second and 200 MB."""
+    with pytest.raises(Unreadable) as caught:
+        read_apart(read, 1.0, 200.0)
+    return caught.value.code
+
+
+def test_who_reads_has_limits_of_time_and_memory():
+    assert read_apart(lambda: {"a": [1, "\ud83d"]}, 1.0, 200.0) == {"a": [1, "\ud83d"]}
+
+    def for_ever() -> None:
+        while True:
+            pass
+
+    assert reading(for_ever) == "too much to read"
+    assert reading(lambda: bytearray(300_000_000)) == "too much to read"
+    assert reading(lambda: os.kill(os.getpid(), 9)) == "too much to read"
+    with pytest.raises(RuntimeError, match="ZeroDivisionError"):  # our own fault is no notebook's
+        read_apart(lambda: 1 / 0, 1.0, 200.0)
+
+
+def test_a_notebook_that_takes_too_long_to_read_waits_for_a_person(monkeypatch):
+    slow = lambda nb, lab: time.sleep(100)  # noqa: E731
+    monkeypatch.setattr(grade_submission, "rebuild", slow)
+    record = graded("00", submission("00"), read_seconds=0.5, sandbox="none")
+    assert record["status"] == "unreadable" and "read_seconds = 0.5" in record["reason"]
+
+
+def test_braces_of_a_file_do_not_fill_the_memory():
+    data = b'{"cells": [' + b"{}," * 600_000 + b'{"cell_type": "code", "source": "x = 1"}]}'
+    with pytest.raises(Unreadable) as caught:
+        notebook_of(data, IntakeLimits(cells=10**6))
+    assert caught.value.code == "too many things"
+    quoted = data.replace(b"{}", b'"{"')  # in texts, braces are letters
+    assert notebook_of(quoted, IntakeLimits(cells=10**6))
+
+
+@pytest.mark.parametrize("count", [64, 65])
+def test_records_have_at_most_64_fields(count):
+    value = np.zeros(2, [(f"f{i}", "f4") for i in range(count)])
+    inner = np.zeros(2, [("a", [(f"f{i}", "f4") for i in range(count - 1)])])
+    if count == 64:
+        assert tasks.from_wire(tasks.to_wire(value)).dtype == value.dtype
+        assert tasks.plain(inner).dtype == inner.dtype
+        return
+    for one in (value, inner):
+        with pytest.raises(ValueError, match="more than 64 fields"):
+            tasks.plain(one)
+    monkey = json.dumps({"names": [f"f{i}" for i in range(count)], "formats": ["f4"] * count})
+    for dtype in (monkey, '"' + "f4," * 300 + 'f4"'):
+        tree = f'{{"array":0,"dtype":{dtype},"shape":[0]}}'.encode()
+        with pytest.raises(ValueError, match="more than 64 fields"):
+            tasks.from_wire(wire(tree, b""))
 
 
 # What comes from the kernel, and what it is asked through

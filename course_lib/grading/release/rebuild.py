@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import ast
 import re
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field
+from typing import Any
 
 from nbformat import NotebookNode
 
@@ -21,8 +23,10 @@ from course_lib.grading.release.cell_source import bound, imported, normal, pars
 
 from .released import ReleasedLab, Slot
 
-__all__ = ["Answer", "Piece", "Rebuilt", "older_release", "rebuild"]
+__all__ = ["Answer", "Piece", "Rebuilt", "older_release", "packed", "rebuild", "unpacked"]
 
+MOST_HEADING = 300
+"""A longer line is no heading; nothing else of a text cell is looked at."""
 MOST_PIECES = 60
 """So many statements of an answer are run one by one; the rest together."""
 
@@ -80,6 +84,20 @@ class _Cell:
         return any(name in bound(statement) for statement in self.tree.body)
 
 
+def packed(rebuilt: Rebuilt) -> dict[str, Any]:
+    """It as plain data, for another process; `unpacked` gives it back."""
+    answers = [[a.state, a.source, a.trouble, [astuple(piece) for piece in a.pieces]] for a in rebuilt.answers]
+    return {"given": [astuple(p) for p in rebuilt.given], "answers": answers, "notices": rebuilt.notices}
+
+
+def unpacked(told: dict[str, Any], lab: ReleasedLab) -> Rebuilt:
+    answers = [
+        Answer(slot, state, source, trouble, [Piece(*piece) for piece in pieces])
+        for slot, (state, source, trouble, pieces) in zip(lab.slots, told["answers"], strict=True)
+    ]
+    return Rebuilt([Piece(*piece) for piece in told["given"]], answers, told["notices"])
+
+
 def rebuild(nb: NotebookNode, lab: ReleasedLab) -> Rebuilt:
     """Take the answers out of a submitted notebook. Executes nothing; never raises for what a learner wrote."""
     notices: list[Notice] = []
@@ -133,7 +151,7 @@ def _cells(nb: NotebookNode) -> list[_Cell]:
     heading = 0
     for place, cell in enumerate(nb.cells):
         if cell.cell_type == "markdown":
-            seen = task_heading(cell.source)
+            seen = task_heading("\n".join(line for line in cell.source.split("\n") if len(line) < MOST_HEADING))
             heading = seen.number if seen else heading
         elif cell.cell_type == "code":
             source = plain_python(cell.source)
@@ -257,7 +275,7 @@ def _frame_notices(cells: Iterable[_Cell], lab: ReleasedLab) -> list[Notice]:
     sources = {cell.id: cell.source for cell in cells}
     gone = [name for name in lab.cells if name not in ids]
     changed = [n for n in lab.cells if n in sources and n not in slots and sources[n].strip() != lab.cells[n].strip()]
-    doubled = sorted({name for name in ids if name and ids.count(name) > 1})
+    doubled = [name for name, count in Counter(ids).items() if name and count > 1]
     order = [name for name in dict.fromkeys(ids) if name in lab.cells]
     for code, what, names in (
         (
