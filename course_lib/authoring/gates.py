@@ -150,6 +150,21 @@ def size(checked: Checked) -> Iterator[str]:
         yield f"{checked.name}: {stored / 1e6:.2f} MB, more than 1.2 MB"
 
 
+def stable(checked: Checked) -> Iterator[str]:
+    """What JupyterLab would write otherwise: a notebook that is opened and saved stays as it is."""
+    if checked.path.read_bytes() != nbs.as_bytes(checked.nb):
+        yield f"{checked.name}: it is not stored as build stores it"
+    if "version" in checked.nb.metadata.get("language_info", {}):
+        yield f"{checked.name}: it names the version of the Python that ran it"
+    for n, cell in checked.code():
+        hidden = cell.metadata.get("jupyter", {}).get("outputs_hidden", False)
+        if hidden != cell.metadata.get("collapsed", False):
+            yield checked.at(n, "collapsed and jupyter.outputs_hidden must both be there, or neither")
+        empty = [name for name in ("collapsed", "jupyter", "tags") if name in cell.metadata and not cell.metadata[name]]
+        if empty or "execution" in cell.metadata or "trusted" in cell.metadata:
+            yield checked.at(n, f"its metadata hold what a build does not write: {', '.join(sorted(cell.metadata))}")
+
+
 def executed(checked: Checked) -> Iterator[str]:
     """A cell that nbval would pass over: never run, or told not to be compared."""
     for n, cell in checked.code():
@@ -220,7 +235,7 @@ def minutes(checked: Checked) -> Iterator[str]:
 
 
 GATES = (
-    *(pictures, alt_texts, noise, paths, errors, size, executed, real_data, links, typed_numbers, words),
+    *(pictures, alt_texts, noise, paths, errors, size, stable, executed, real_data, links, typed_numbers, words),
     *(predictions, frame, minutes, wide_lines, one_meaning, lab_keys),
 )
 

@@ -1,14 +1,19 @@
-"""The parts of pages that follow from files: rows between two markers, `<!-- name -->` and `<!-- /name -->`."""
+"""The parts of pages that follow from files: rows between two markers, `<!-- name -->` and `<!-- /name -->`.
+
+In the source of a notebook, rows and markers are comments; the stored notebook gets the same rows without being run.
+"""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable
 from pathlib import Path
+from textwrap import indent
 
 from course_lib.notebook import _catalog
 from course_lib.notebook.lessons import lessons
 
+from . import notebooks as nbs
 from .minutes import WHAT_IS_COUNTED, counted
 from .public_answers import table
 from .tree import CourseError, Tree
@@ -40,6 +45,21 @@ def _lessons(tree: Tree) -> str:
         else:
             rows.append(f"| {title} | *to come* | | |")
     return "\n".join([*rows, "", COUNTED])
+
+
+def _map(tree: Tree) -> str:
+    """Lesson 00's map of the course, every lesson and lab a link."""
+    rows = ["| Lesson | Lab | Minutes, lesson + lab | You will be able to |", "|---|---|---|---|"]
+    there = _minutes(tree)
+    for one in lessons(tree.lessons_folder / "source"):
+        title, does = f"{one.number} {one.title}", one.does or "*to come*"
+        if one.name in there:
+            lab = f"[lab](../exercises/{one.name}.ipynb)"
+            minutes = " + ".join(filter(None, there[one.name]))
+            rows.append(f"| [{title}]({one.name}.ipynb) | {lab} | {minutes} | {does} |")
+        else:
+            rows.append(f"| {title} | | | {does} |")
+    return "\n".join(rows)
 
 
 def _words(tree: Tree) -> str:
@@ -75,13 +95,20 @@ def _datasets(tree: Tree) -> str:
     return "\n".join(rows)
 
 
+START = "notebooks/source/00_start_here.py"
 PAGES: dict[str, tuple[str, Callable[[Tree], str]]] = {
     "README.md": ("lessons", _lessons),
+    START: ("map", _map),
     "docs/glossary.md": ("words", _words),
     "solutions/README.md": ("notes", _notes),
     "datasets/README.md": ("datasets", _datasets),
     "docs/checks.md": ("checks", table),
 }
+
+
+def margin(name: str) -> str:
+    """What stands before each line of a page's rows."""
+    return "# " if name.endswith(".py") else ""
 
 
 def _pages(tree: Tree) -> list[tuple[Path, str, str]]:
@@ -92,10 +119,11 @@ def _pages(tree: Tree) -> list[tuple[Path, str, str]]:
         if not path.is_file():
             continue
         text = path.read_text(encoding="utf-8")
-        parts = re.split(rf"(?<=<!-- {marker} -->\n).*?(?=<!-- /{marker} -->)", text, flags=re.S)
+        mark = margin(name)
+        parts = re.split(rf"(?<=\n{mark}<!-- {marker} -->\n).*?(?={mark}<!-- /{marker} -->)", text, flags=re.S)
         if len(parts) != 2:
             raise CourseError(f"{name}: it needs the lines <!-- {marker} --> and <!-- /{marker} -->, once each.")
-        found.append((path, text, f"{parts[0]}{rows(tree)}\n{parts[1]}"))
+        found.append((path, text, f"{parts[0]}{indent(rows(tree), mark)}\n{parts[1]}"))
     return found
 
 
@@ -107,10 +135,26 @@ def write_generated(tree: Tree) -> list[Path]:
     CourseError
         If a page has lost a marker, or a file has not the form that is wanted.
     """
-    changed = [(path, new) for path, old, new in _pages(tree) if old != new]
-    for path, new in changed:
-        path.write_text(new, encoding="utf-8", newline="\n")
-    return [path for path, _ in changed]
+    found: list[Path] = []
+    while changed := [(path, new) for path, old, new in _pages(tree) if old != new]:  # rows of the map are counted, too
+        for path, new in changed:
+            path.write_text(new, encoding="utf-8", newline="\n")
+        written = [path for path, _ in changed]
+        found += written + _prose_into_notebooks(tree, written)
+    return list(dict.fromkeys(found))
+
+
+def _prose_into_notebooks(tree: Tree, written: list[Path]) -> list[Path]:
+    """Give the stored notebooks of changed sources the new prose, where nothing else differs; return those changed."""
+    found = []
+    for source in tree.lessons():
+        if source.path in written and source.notebook.exists():
+            stored, wanted = nbs.read_notebook(source.notebook), nbs.read_source(source.path)
+            if [cell.id for cell in stored.cells] == [cell.id for cell in wanted.cells]:
+                for cell, new in zip(stored.cells, wanted.cells, strict=True):
+                    cell.source = new.source
+                found += [source.notebook] if nbs.write_notebook(source.notebook, stored) else []
+    return found
 
 
 def stale(tree: Tree) -> list[str]:

@@ -51,7 +51,8 @@ def _reading(part: Part) -> float:
     lines = sum(len(logical_lines(_as_given(source))) for source in shown)
     predictions = sum(len(ASKED.findall(cell.source)) for cell in part.code)
     looks = part.figures + _tables(part, given) + predictions
-    return (words_of(part.heading) + words_of(part.prose)) / WORDS_A_MINUTE + lines * LINE_MINUTES + looks
+    read = nbs.GENERATED.sub("", part.prose)  # rows that follow from files are looked up: a table and no words
+    return (words_of(part.heading) + words_of(read)) / WORDS_A_MINUTE + lines * LINE_MINUTES + looks
 
 
 def _as_given(source: str) -> str:

@@ -34,6 +34,7 @@ _TASK = re.compile(
     re.M,
 )
 _HEADER = re.compile(r"\A# ---\n(?:#.*\n)*?# ---\n")  # jupytext's YAML: the notebook's metadata are ours
+GENERATED = re.compile(r"<!-- (\w+) -->.*?<!-- /\1 -->", re.S)
 _CHECKED = re.compile(r"\bcheck\(\s*[\"'](\d\d-\d+)[\"']")
 _LOADED = re.compile(r"\bdata\.(?:load|describe)\(\s*[\"'](?P<name>[A-Za-z0-9_]+)[\"']")
 
@@ -101,7 +102,8 @@ def cell_ids(cells: list[NotebookNode]) -> list[str]:
         if task and kind:
             wanted = f"{kind}-{task.number}"
         else:
-            digest = hashlib.sha256(f"{cell.cell_type}\n{cell.source}".encode()).hexdigest()[:8]
+            own = GENERATED.sub("", cell.source)  # rows that follow from files may change
+            digest = hashlib.sha256(f"{cell.cell_type}\n{own}".encode()).hexdigest()[:8]
             wanted = f"{_slug(cell)}-{digest}"
         number, unique = 1, wanted
         while unique in ids:
@@ -115,7 +117,8 @@ def _metadata(cell: NotebookNode) -> dict:
     tags = cell_tags(cell)
     hidden = {"prediction": "outputs_hidden", "hide-input": "source_hidden"}
     jupyter = {part: True for tag, part in hidden.items() if tag in tags}
-    return {key: value for key, value in (("tags", tags), ("jupyter", jupyter)) if value}
+    collapsed = "outputs_hidden" in jupyter  # JupyterLab writes both; with one alone, opening a notebook changes it
+    return {key: value for key, value in (("tags", tags), ("jupyter", jupyter), ("collapsed", collapsed)) if value}
 
 
 def read_source(path: Path) -> NotebookNode:

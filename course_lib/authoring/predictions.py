@@ -13,6 +13,7 @@ from . import notebooks as nbs
 
 ASKED = re.compile(r"(?<!def )\bpredict\(")
 FOLDED = {"hide-input", "prediction"}
+FIRST_LINE = "# The answer: run this after your guess."
 FOLLOWING = 2  # code cells after the answer, in which its number would be read before a guess
 _TOLD = re.compile(r"^Answer: (?P<number>[^\s]*\d[^\s]*?)\.?(?=\s|$)", re.M)
 
@@ -71,6 +72,8 @@ def gives_away(cells: list[NotebookNode]) -> Iterator[tuple[int, str]]:
             yield n, f"the cell after this question must tell: `{asked.name}.answer(truth, why=…)`"
         elif not set(nbs.cell_tags(answer)) >= FOLDED:
             yield n + 1, "it tells a prediction's answer in the open: tag it hide-input and prediction"
+        elif not answer.source.startswith("#"):
+            yield n + 1, f"JupyterLab shows the first line of what is folded, so let it read: {FIRST_LINE}"
         else:
             yield from _told_after(cells, n + 1)
 

@@ -18,8 +18,12 @@ _EMPTY_WORDS = re.compile(r"\b(?:simply|obviously)\b", re.I)
 
 
 def links(checked: Checked) -> Iterator[str]:
-    """A link or an image that leads nowhere."""
-    own = anchors("\n\n".join(cell.source for _, cell in checked.prose()))
+    """A link or an image that leads nowhere; a lesson without a link to its lab, or a lab without one back."""
+    prose = "\n\n".join(cell.source for _, cell in checked.prose())
+    own = anchors(prose)
+    other, what = ("exercises", "lab") if checked.kind == "lesson" else ("notebooks", "lesson")
+    if not re.search(rf"\]\(\.\./{other}/\d\d_\w+\.ipynb[)#]", prose):
+        yield f"{checked.name}: no link leads to its {what}: [{what} NN](../{other}/NN_name.ipynb)"
     for n, cell in checked.prose():
         for to in dead_links(cell.source, checked.path.parent, own):
             yield checked.at(n, f"dead link: {to}")

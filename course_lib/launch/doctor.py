@@ -129,7 +129,7 @@ def _datasets(tree: Tree) -> Iterator[Verdict]:
     for state in found:
         name, kind = state.entry.name, state.entry.kind
         if state.words == "not here":
-            yield Verdict(name, None, "real, not fetched: its cells are skipped", state.entry.command())
+            yield Verdict(name, None, "real, not fetched: its cells show what is stored", state.entry.command())
         elif state.damage and kind == "real":
             yield Verdict(name, False, state.damage.split(": run ")[0], state.entry.command())
         elif state.damage:

@@ -1,7 +1,8 @@
 """The learner's own copies in my_work/: made by `start` and `reset`, never overwritten, told when the original changes.
 
-A copy is the original with its links turned to where the copy lies. What was copied when is kept in
-my_work/.jupyter/copies.json, so that a lab that changed upstream can be told from one that its learner changed.
+A copy is the original with its links turned: to other copies, so that nobody works in what is shipped by following a
+link; pages of docs/ are copied for that. What was copied when is kept in my_work/.jupyter/copies.json, so that a lab
+that changed upstream can be told from one that its learner changed.
 """
 
 from __future__ import annotations
@@ -18,9 +19,10 @@ from typing import Any, Literal
 from course_lib.authoring.tree import CourseError, Tree, nearest
 from course_lib.notebook._atomic import atomic_file
 
+from .turned_links import linked_pages, turned, turned_notebook
+
 Kind = Literal["lesson", "lab"]
 FOLDERS: dict[Kind, str] = {"lesson": "lessons", "lab": "labs"}
-_LINK = re.compile(r"(\]\(\s*<?|\b(?:href|src)\s*=\s*[\"'])\.\./([^)\s\"'>]*)")
 _TASK = re.compile(r"^##\s+(Task\s+\d+\b.*)$", re.M)
 
 
@@ -83,27 +85,32 @@ def find(tree: Tree, kind: Kind, word: str) -> Material:
     raise CourseError(f"There is no {kind} {word!r}.{nearest(plain, names) or f' There are: {numbers}.'}")
 
 
-def _relinked(link: re.Match[str]) -> str:
-    """../docs/x lies one folder higher from a copy; lessons and labs have their copies beside."""
-    first, _, rest = link[2].partition("/")
-    beside = {"notebooks": "lessons", "exercises": "labs"}.get(first)
-    if beside and rest.partition("#")[0].endswith(".ipynb"):
-        return f"{link[1]}../{beside}/{rest}"
-    return f"{link[1]}../../{link[2]}"
+def copies(tree: Tree) -> dict[Path, Path]:
+    """What is copied → where it lies in my_work/: lessons, labs, and the pages of docs/ that they lead to."""
+    there = {one.original.resolve(): one.copy for one in materials(tree)}
+    pages = linked_pages(there, tree.docs_folder)
+    return there | {page: work_folder(tree) / "docs" / page.name for page in pages}
 
 
-def copy_text(original: Path) -> str:
-    """The text of a copy: the original, its links in prose turned."""
-    text = original.read_text(encoding="utf-8")
-    notebook = json.loads(text)
-    changed = False
-    for cell in notebook["cells"]:
-        if cell["cell_type"] == "markdown":
-            source = "".join(cell["source"])  # stored as one text or as a list of lines
-            new = _LINK.sub(_relinked, source)
-            if new != source:
-                cell["source"], changed = new.splitlines(keepends=True), True
-    return json.dumps(notebook, ensure_ascii=False, indent=1, sort_keys=True) + "\n" if changed else text
+def copy_text(one: Material, there: dict[Path, Path]) -> str:
+    """The text of a copy: the original, its links in prose leading to what else is copied."""
+    return turned_notebook(one.original.read_text(encoding="utf-8"), one.original, one.copy, there)
+
+
+def _update_pages(record: _Record, there: dict[Path, Path]) -> bool:
+    """Bring the pages up to date in which nobody wrote; say whether one is new."""
+    new = False
+    for page, copy in there.items():
+        if page.suffix != ".md":
+            continue
+        text = turned(page.read_text(encoding="utf-8"), page, copy, there)
+        key, wanted = f"docs/{copy.name}", _digest(text)
+        stands = _digest(copy.read_text(encoding="utf-8", errors="replace")) if copy.exists() else None
+        if stands == wanted or (stands and record.copies.get(key) != {"page": stands}):
+            continue
+        _write(copy, text)
+        record.copies[key], new = {"page": wanted}, True
+    return new
 
 
 def _digest(text: str) -> str:
@@ -169,7 +176,7 @@ def update(tree: Tree) -> list[str]:
     -------
     Sentences for the learner; none where nothing is new.
     """
-    record, said, copied = _Record(tree), [], []
+    record, said, copied, there = _Record(tree), [], [], copies(tree)
     for one in materials(tree):
         original = _digest(one.original.read_text(encoding="utf-8"))
         known = record.copies.get(_key(one))
@@ -185,12 +192,12 @@ def update(tree: Tree) -> list[str]:
             )
         else:
             copied.append(one)
-        text = copy_text(one.original)
+        text = copy_text(one, there)
         _write(one.copy, text)
         record.note(one, text)
     if copied:
         said.insert(0, f"Copied to my_work/ for you to work in: {', '.join(one.said for one in copied)}.")
-    if said:
+    if _update_pages(record, there) or said:
         record.save()
     return said
 
@@ -207,7 +214,7 @@ def _news(one: Material, before: dict[str, str]) -> str:
 
 def fresh_copy(tree: Tree, one: Material) -> Path:
     """Make a fresh copy beside the learner's, under a name that is free, and return its path."""
-    text = copy_text(one.original)
+    text = copy_text(one, copies(tree))
     for ending in itertools.chain(["", "-fresh"], (f"-fresh-{number}" for number in itertools.count(2))):
         path = one.copy.with_name(f"{one.name}{ending}.ipynb")
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -234,7 +241,8 @@ def sign(tree: Tree, more: Iterable[Path] = ()) -> int:
     """
     shipped = [one.original for one in materials(tree)] + sorted(tree.solutions_folder.glob("[0-9][0-9]_*.ipynb"))
     texts = {path.read_text(encoding="utf-8") for path in [*shipped, *more]}
-    texts |= {copy_text(one.original) for one in materials(tree)}
+    there = copies(tree)
+    texts |= {copy_text(one, there) for one in materials(tree)}
     data = private_folder(tree) / "data"
     note = data / "signed.json"
     try:

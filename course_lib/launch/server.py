@@ -20,6 +20,17 @@ from course_lib.authoring.tree import CourseError, Tree
 from .my_work import private_folder
 
 START_SECONDS = 90
+KERNEL = """\
+# A kernel that does not tell JupyterLab its version: it would be written into every notebook that is opened.
+from ipykernel.ipkernel import IPythonKernel
+
+
+class CourseKernel(IPythonKernel):
+    language_info = {key: value for key, value in IPythonKernel.language_info.items() if key != "version"}
+
+
+c.IPKernelApp.kernel_class = CourseKernel  # noqa: F821 - traitlets gives c
+"""
 _DIRECT = urllib.request.build_opener(urllib.request.ProxyHandler({}))  # loopback never goes through a proxy
 
 
@@ -62,7 +73,7 @@ def _ask(address: str, post: bytes | None = None) -> int:
 
 
 def settings(tree: Tree, port: int, page: str) -> Path:
-    """Write Jupyter's settings for this course into my_work/.jupyter/config and return the server's file."""
+    """Write Jupyter's and the kernel's settings for this course into my_work/.jupyter; return the server's file."""
     config = private_folder(tree) / "config"
     server = {
         "ServerApp": {
@@ -89,6 +100,9 @@ def settings(tree: Tree, port: int, page: str) -> Path:
         path = config / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    kernel = private_folder(tree) / "ipython" / "profile_default" / "ipython_kernel_config.py"
+    kernel.parent.mkdir(parents=True, exist_ok=True)
+    kernel.write_text(KERNEL, encoding="utf-8")
     return config / "jupyter_server_config.json"
 
 

@@ -1,6 +1,6 @@
 """A cell calls: `from course_lib.notebook import check, data, files, picture, predict, report, report_table, show`;
 names are imported when first used. Importing the package in IPython also makes cells that begin with
-`# real data: NAME` show a "skipped" card where that dataset is not on this machine, so that Run All goes on.
+`# real data: NAME` show what is stored of them where that dataset is not on this machine, so that Run All goes on.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Cells that need real data. Their first line says so: `# real data: tum_pair, sun_pair`.
 
-Where a named dataset is not on this machine, IPython is given a one-line card to show instead of the cell, so that Run
-All goes on. Cells that use variables of such a cell carry the same line.
+Where a named dataset is not on this machine, IPython shows what the shipped notebook has stored of the cell, below a
+line that says so (of a cell that was edited, the line alone), and Run All goes on. Cells that use variables of such a
+cell carry the same line.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from course_lib import compiled
 from course_lib.notebook import _catalog
 from course_lib.notebook._errors import Refusal
 from course_lib.notebook._places import told
+from course_lib.notebook._shipped import show_again, stored_outputs
 
 _MARK = re.compile(r"\A\s*#\s*real data:(?P<names>[^\n]*)")
 
@@ -39,14 +41,22 @@ def missing(names: Sequence[str]) -> list[str]:
 
 
 class Skipped:
-    """What a skipped cell shows."""
+    """What a cell shows that could not run: one line, and below it what is stored of it."""
 
-    def __init__(self, names: Sequence[str]):
-        self.names = list(names)
+    def __init__(self, names: Sequence[str], outputs: Sequence[dict] = ()):
+        self.names, self.outputs = list(names), list(outputs)
+
+    def _ipython_display_(self) -> None:
+        from IPython.display import display
+
+        display({"text/plain": repr(self), "text/html": self._repr_html_()}, raw=True)
+        show_again(self.outputs)
 
     def __repr__(self) -> str:
         them, words = ", ".join(self.names), " ".join(self.names)
-        return f"skipped: this cell needs real data ({them}); get it with: python3 course.py data get {words}"
+        what = "stored: what follows was made" if self.outputs else "skipped: this cell needs real data"
+        where = f"where the real data are ({them})" if self.outputs else f"({them})"
+        return f"{what} {where}; get it with: python3 course.py data get {words}"
 
     def _repr_html_(self) -> str:
         before, _, command = repr(self).partition("python3")
@@ -70,7 +80,12 @@ def skip_cells(lines: list[str]) -> list[str]:
         return [f"__import__('course_lib.notebook._cells', fromlist=['refuse']).refuse({str(refusal)!r})\n"]
     if not absent:
         return lines
-    return [f"__import__('course_lib.notebook._cells', fromlist=['Skipped']).Skipped({absent!r})\n"]
+    return [f"__import__('course_lib.notebook._cells', fromlist=['instead']).instead({absent!r}, {''.join(lines)!r})\n"]
+
+
+def instead(names: Sequence[str], source: str) -> Skipped:
+    """What is shown instead of running a cell."""
+    return Skipped(names, stored_outputs(source))
 
 
 def register() -> bool:

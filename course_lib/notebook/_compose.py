@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from course_lib.notebook._picture import INK, WIDTH, blank, drawn
+from course_lib.notebook._picture import INK, TALLEST, WIDTH, blank, drawn
 from course_lib.notebook._scene import ColourBar
 from course_lib.notebook._views import View
 
@@ -43,6 +43,23 @@ def columns_of(n: int) -> int:
 def panel_width(n: int, bars: int = 0) -> int:
     """Pixels that each of n panels in a row may be wide, where so many colour bars stand beside them."""
     return (WIDTH - 2 * GAP - bars * BAR_COLUMN - (n - 1) * GAP) // n
+
+
+def fitting_width(
+    width: int, aspects: list[float], *, columns: int, labels: bool, strip: bool, title: str, legend: object, hint: str
+) -> int:
+    """Pixels that each panel may be wide in a picture that is no taller than a screen, its legend included.
+
+    Parameters
+    ----------
+    width : what there is room for side by side.
+    aspects : height by width of each panel, in reading order.
+    labels, strip : whether panels have a line above them, and scale and axes below.
+    """
+    rows = [max(aspects[i : i + columns]) for i in range(0, len(aspects), columns)]
+    around = 2 * GAP + (TITLE_ROW if title else 0) + (LEGEND_ROW if legend else 0) + (LABEL_ROW if hint else 0)
+    around += len(rows) * ((LABEL_ROW if labels else 0) + (STRIP if strip else 0) + GAP) - GAP
+    return min(width, math.floor((TALLEST - around) / sum(rows)))
 
 
 def compose(
@@ -82,7 +99,7 @@ def compose(
         figure.text(x / width, 1 - y / height, text, fontsize=size, color=INK, **style)
 
     if title:
-        write(GAP, GAP + 4, title, 10.5, weight="bold", va="top")
+        write(GAP, GAP + 4, title, min(10.5, (width - 2 * GAP) / (1.35 * len(title))), weight="bold", va="top")
     y = top
     for row, row_height, label_height in zip(rows, heights, labels, strict=True):
         x = GAP

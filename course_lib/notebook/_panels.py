@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from course_lib.notebook._compose import Panel, columns_of, compose, panel_width
+from course_lib.notebook._compose import Panel, columns_of, compose, fitting_width, panel_width
 from course_lib.notebook._paint import Colouring
 from course_lib.notebook._picture import DENSITY, Picture, picture_of
 from course_lib.notebook._probe import rendering
@@ -61,8 +61,16 @@ def draw_scenes(
     bar = next((scene.bar for scene in scenes if scene.bar is not None), None)
     columns = columns or columns_of(len(looks))
     width = panel_width(columns, bars=1 if bar else 0)
-    looks = layout(looks, [scene.points for scene in scenes], width, how.zoom)
     name, reason = rendering()
+    hint = ""
+    if name == "matplotlib" and os.environ.get("COURSE_RENDER") != "matplotlib":
+        hint = f"Drawn flat by Matplotlib, because {reason}: python3 course.py doctor says how to mend it."
+    legend = tuple(dict.fromkeys(entry for scene in scenes for entry in scene.legend))
+    around = {"title": how.title, "legend": legend, "hint": hint}
+    clouds = [scene.points for scene in scenes]
+    aspects = [one.height / one.width for one in layout(looks, clouds, width, how.zoom)]
+    width = fitting_width(width, aspects, columns=columns, labels=any(labels), strip=True, **around)
+    looks = layout(looks, clouds, width, how.zoom)
     if name == "pyvista":
         from course_lib.notebook._render import draw
     else:
@@ -79,11 +87,7 @@ def draw_scenes(
                 f"The view {label or looks[0].name!r} came out blank: its colours may be white, or the view misses it."
             )
     panels = [Panel(label, image, one) for label, image, one in zip(labels, images, looks, strict=True)]
-    legend = tuple(dict.fromkeys(entry for scene in scenes for entry in scene.legend))
-    hint = ""
-    if name == "matplotlib" and os.environ.get("COURSE_RENDER") != "matplotlib":
-        hint = f"Drawn flat by Matplotlib, because {reason}: python3 course.py doctor says how to mend it."
-    pixels = compose(panels, columns=columns, title=how.title, legend=legend, bar=bar, hint=hint)
+    pixels = compose(panels, columns=columns, bar=bar, **around)
     seen = sentence_list([VIEW_WORDS[one.name] for one in (looks if one_scene else looks[:1])])
     words = [*([sentence(how.alt)] if how.alt else []), text, f"Seen from {seen}."]
     return picture_of(pixels, " ".join(words))

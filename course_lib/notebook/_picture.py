@@ -15,8 +15,10 @@ from course_lib.notebook._colours import COLOURS, rgb
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-AIM_BYTES = 80_000
-MOST_BYTES = 120_000
+AIM_BYTES = 90_000
+MOST_BYTES = 140_000
+PALETTES = (256, 112, 64)
+"""How many colours a picture may have, tried in this order until it is small enough to aim at."""
 MOST_CELLS = 20_000
 """A picture with more different colours than this is counted in coarser ones, for speed."""
 CSS_WIDTH = 700
@@ -24,6 +26,8 @@ CSS_WIDTH = 700
 DENSITY = 1.6
 WIDTH = round(CSS_WIDTH * DENSITY)
 """Pixels of a full-width picture: more than CSS pixels, so that it stays sharp on a projector."""
+TALLEST = round(640 * DENSITY)
+"""Pixels: what is higher does not fit on a projector's screen below the browser's bars."""
 INK = "#222222"
 
 
@@ -77,8 +81,8 @@ def in_words(alt: str) -> str:
     return f'<details style="{style}"><summary>In words</summary>{html.escape(alt)}</details>'
 
 
-def picture_of(pixels: np.ndarray, alt: str, density: float = DENSITY) -> Picture:
-    """Make a Picture of (H, W, 3) uint8 pixels, so many a CSS pixel: margins cut, few colours, small file.
+def picture_of(pixels: np.ndarray, alt: str) -> Picture:
+    """Make a Picture of (H, W, 3) uint8 pixels, DENSITY of them a CSS pixel: margins cut, few colours, small file.
 
     Raises
     ------
@@ -87,7 +91,7 @@ def picture_of(pixels: np.ndarray, alt: str, density: float = DENSITY) -> Pictur
     """
     check_alt(alt)
     pixels = _cut_margins(np.ascontiguousarray(pixels[..., :3], dtype=np.uint8))
-    width = min(CSS_WIDTH, round(pixels.shape[1] / density))
+    width = min(CSS_WIDTH, round(pixels.shape[1] / DENSITY))
     return Picture(_encode(pixels, width), alt, width)
 
 
@@ -116,14 +120,13 @@ def check_alt(alt: str) -> None:
         )
 
 
-def picture(fig: Figure, alt: str, dpi: int = 200) -> Picture:
-    """Turn a Matplotlib figure into a Picture and close the figure.
+def picture(fig: Figure, alt: str) -> Picture:
+    """Turn a Matplotlib figure into a Picture and close the figure; 7 inches are a notebook's full width.
 
     Parameters
     ----------
     fig : a figure in which every axes holds data.
     alt : what to see, for someone who cannot see it, with at least one computed number.
-    dpi : dots per inch; 200 makes a 7 inch figure 1400 px, twice the width at which a notebook shows it.
 
     Raises
     ------
@@ -137,10 +140,10 @@ def picture(fig: Figure, alt: str, dpi: int = 200) -> Picture:
         for axes in fig.axes:
             if axes.images:  # the style's grid is for plots
                 axes.grid(False)
-        fig.set_dpi(dpi)
+        fig.set_dpi(min(100 * DENSITY, WIDTH / fig.get_figwidth()))
         pixels = drawn(fig)
         _check_axes(fig)
-        return picture_of(pixels, alt, density=dpi / 100)
+        return picture_of(pixels, alt)
     finally:
         pyplot.close(fig)
 
@@ -182,18 +185,16 @@ def _cut_margins(pixels: np.ndarray, margin: int = 12) -> np.ndarray:
 
 
 def _encode(pixels: np.ndarray, width: int) -> bytes:
-    """Choose size and colours for a small file: first fewer pixels, down to the CSS width, then fewer colours."""
+    """Choose colours and size for a small file: first fewer colours, and only then fewer pixels (of a photograph)."""
     fixed = _fixed_colours(pixels)
-    png = _palette_png(pixels, 256, fixed)
-    if len(png) <= AIM_BYTES:
-        return png
-    scale = max((AIM_BYTES / len(png)) ** 0.5, width / pixels.shape[1])
-    if scale < 1:
-        pixels = _resize(pixels, scale)
-    for colours, shrink in ((256, 1.0), (128, 1.0), (80, 1.0), (56, 1.0), (56, 0.85), (56, 0.7), (56, 0.5)):
-        png = _palette_png(pixels if shrink == 1 else _resize(pixels, shrink), colours, fixed)
-        if len(png) <= MOST_BYTES:
-            break
+    png = _palette_png(pixels, PALETTES[0], fixed)
+    for colours in PALETTES[1 if len(png) < 2 * AIM_BYTES else -1 :]:  # a photograph, at once with the fewest
+        if len(png) > AIM_BYTES:
+            png = _palette_png(pixels, colours, fixed)
+    least, scale = width / pixels.shape[1], 1.0
+    while len(png) > MOST_BYTES and scale > least:
+        scale = max(least, 0.97 * scale * (MOST_BYTES / len(png)) ** 0.5)
+        png = _palette_png(_resize(pixels, scale), PALETTES[-1], fixed)
     return png
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from course_lib.notebook import _colours as colours
-from course_lib.notebook._compose import Panel, columns_of, compose, extend_of, fit_width, panel_width
+from course_lib.notebook._compose import Panel, columns_of, compose, extend_of, fit_width, fitting_width, panel_width
 from course_lib.notebook._paint import ColourBar
 from course_lib.notebook._picture import Picture, picture_of
 from course_lib.notebook._words import amount, number, sentence
@@ -56,6 +56,12 @@ class Flat:
     values: np.ndarray | None = None
     legend: list[tuple[str, str]] = field(default_factory=list)
 
+    @property
+    def aspect(self) -> float:
+        """Height by width."""
+        rows, columns = (self.values if self.rgb is None else self.rgb).shape[:2]
+        return rows / columns
+
 
 def images_picture(images: dict[str, object], title: str, scale: Scale, columns: int | None, alt: str) -> Picture:
     """Draw images side by side; numbers of one unit share one colour bar. See `show.images`."""
@@ -95,7 +101,11 @@ def _draw(
     needs_bar = [image.values is not None for image in flat]
     bars = 1 if shared else max(sum(needs_bar[i : i + columns]) for i in range(0, len(flat), columns))
     bar, extend = scale.bar([one.values for one in flat if one.values is not None]) if shared else (None, "neither")
-    width = panel_width(columns, bars)
+    legend = tuple(dict.fromkeys(entry for image in flat for entry in image.legend))
+    around = {"columns": columns, "title": title, "legend": legend, "hint": ""}
+    aspects = [image.aspect for image in flat]
+    labels = any(image.label for image in flat)
+    width = fitting_width(panel_width(columns, bars), aspects, labels=labels, strip=False, **around)
     panels = []
     for image in flat:
         if image.values is None:
@@ -104,8 +114,7 @@ def _draw(
         own_bar, own_extend = (bar, extend) if shared else scale.bar([image.values])
         pixels = fit_width(colours.colour_map(own_bar.map, image.values, own_bar.limits), width)
         panels.append(Panel(image.label, pixels, bar=None if shared else own_bar, extend=own_extend))
-    legend = tuple(dict.fromkeys(entry for image in flat for entry in image.legend))
-    pixels = compose(panels, columns=columns, title=title, legend=legend, bar=bar, extend=extend)
+    pixels = compose(panels, bar=bar, extend=extend, **around)
     words = [*([sentence(alt)] if alt else []), *(image.text for image in flat)]
     if span:
         low, high = (number(end, 2) for end in bar.limits)

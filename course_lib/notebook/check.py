@@ -7,17 +7,17 @@ CheckFailed, in one line. A card counts for nothing in a grade: graders run fres
 
 from __future__ import annotations
 
-import html
 import inspect
 import math
 import os
 import re
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from course_lib import tasks
+from course_lib.notebook._card import BANDS, WHERE, Card
 from course_lib.tasks.diagnosis.public_answers import recall
 from course_lib.tasks.judging import UNSTEADY, Result, band
 from course_lib.tasks.plain import describe
@@ -25,7 +25,8 @@ from course_lib.tasks.private import listed
 from course_lib.tasks.running import Outcome
 from course_lib.tasks.sources import forbidden
 
-_failures: dict[str, int] = {}
+_failures: dict[str, tuple[int, object]] = {}
+"""Task → how often it failed in this kernel, and what failed last."""
 
 
 class CheckFailed(AssertionError):
@@ -80,8 +81,24 @@ def check(task_id: str, function: Callable[..., Any]) -> Card:
         return _with_real(_passed(result, outcomes), task, load)
     if strict:
         raise CheckFailed(result.line) from None
-    _failures[task.id] = _failures.get(task.id, 0) + 1
-    return _with_real(_failed(result, outcomes, _failures[task.id]), task, load)
+    return _with_real(_failed(result, outcomes, _count(task.id, function, result.error)), task, load)
+
+
+def _count(task_id: str, function: Callable[..., Any], error: str) -> int:
+    """How often a task has failed, this time included; an answer that was not changed counts once."""
+    count, last = _failures.get(task_id, (0, None))
+    now = (_written(function), error)
+    _failures[task_id] = (count if now == last else count + 1, now)
+    return _failures[task_id][0]
+
+
+def _written(function: Callable[..., Any]) -> object:
+    """What somebody wrote: a function's text, or where nobody knows it, its code."""
+    try:
+        return inspect.getsource(function)
+    except (OSError, TypeError):
+        code = getattr(function, "__code__", None)
+        return (code.co_code, repr(code.co_consts), code.co_names) if code else id(function)
 
 
 def _with_real(card: Card, task: tasks.Task, load: Callable[..., Any] | None) -> Card:
@@ -162,8 +179,8 @@ def _passed(result: Result, outcomes: list[Outcome]) -> Card:
     task, count = result.task, len(result.verdicts)
     said = _said(outcomes)
     if result.status == "by hand":
-        words = f"{result.error} Only the length was checked; your instructor reads it and gives 0 to {task.points:g}."
-        state = f"ready to hand in · up to {_points(task.points)}, marked by hand"
+        words = f"{result.error} Nobody has judged yet what they say; your instructor gives 0 to {task.points:g}."
+        state = f"written, not judged here · up to {_points(task.points)}, marked by hand"
         return Card("by hand", task.label, state, (words,), said)
     if task.kind == "open":
         state = f"passed · {result.points:g} of {_points(task.points)}"
@@ -189,14 +206,14 @@ def _failed(result: Result, outcomes: list[Outcome], failures: int) -> Card:
         start, says = "This looks like", result.looks_like
         lines.append((start, says.removeprefix(start + " ")) if says.startswith(start) else says)
     if failures >= 3:
-        lines.append(("Where to look:", result.where.removeprefix("Where to look: ")))
+        lines.append((WHERE, result.where.removeprefix(f"{WHERE} ")))
     details = [] if result.status == "raised" or result.told.startswith("nothing") else [("It was given", result.told)]
     if task.kind != "open" and total > 1:
         right = sum(verdict.passed for verdict in result.verdicts)
         details.append(("So far", f"right in {right} of {total} cases"))
     said = list(_said(outcomes))
     if failures < 3:
-        said.append(("Next", "change something and run this cell again; the next card says more"))
+        said.append(("Next", "change something in the cell above, run it, then this one; the next card says more"))
     sized = math.isfinite(ratio) and task.kind not in ("which", "open", "explain") and result.verdict.unit != "points"
     step = next((i for i, most in enumerate((1, 3, 10)) if ratio <= most), len(BANDS) - 1) if sized else None
     state = f"so far {result.points:g} of {_points(task.points)}" if result.points else "not yet"
@@ -209,92 +226,3 @@ def _said(outcomes: list[Outcome]) -> tuple[tuple[str, str], ...]:
     warned = next((outcome.warned for outcome in outcomes if outcome.warned), "")
     short = printed if len(printed) <= 160 else printed[:159] + "…"
     return tuple((label, text) for label, text in (("It printed", short), ("Python warned", warned)) if text)
-
-
-_TONES = {
-    "passed": ("#009E73", "✓"),
-    "by hand": ("#009E73", "✓"),
-    "not started": ("#7A8794", "○"),
-    "failed": ("#D55E00", "↻"),
-}
-_FAINT = "rgba(127,127,127,0.35)"
-BANDS = ("within tolerance", "up to 3 times", "up to 10 times", "more than that")
-_STEPS = ("#009E73", "#56B4E9", "#E69F00", "#D55E00")
-
-
-@dataclass(frozen=True)
-class Card:
-    """One answer of `check`: HTML for eyes, the same words as text for nbval, screen readers and terminals.
-
-    Colours come from the notebook's theme, light or dark; without styles it reads as text.
-
-    Parameters
-    ----------
-    tone : "passed", "by hand", "not started" or "failed".
-    title, state : the heading: "Task 1: millimetres to metres", "passed · 1 point".
-    lines : what there is to say: sentences, or (bold words, rest of the sentence).
-    details : (label, text) pairs in smaller print.
-    band : index into BANDS of the step to point at, or None.
-    """
-
-    tone: str
-    title: str
-    state: str
-    lines: tuple[str | tuple[str, str], ...] = ()
-    details: tuple[tuple[str, str], ...] = ()
-    band: int | None = None
-
-    @property
-    def text(self) -> str:
-        """The card as plain text."""
-        parts = [f"{_TONES[self.tone][1]} {self.title} — {self.state}"]
-        if self.band is not None:
-            off = "more than 10 times" if self.band == 3 else BANDS[self.band]
-            parts.append("  Within tolerance." if self.band == 0 else f"  Off by: {off} the tolerance.")
-        parts += [f"  {line if isinstance(line, str) else ' '.join(line)}" for line in self.lines]
-        parts += [f"  {label}: {text}" for label, text in self.details]
-        return "\n".join(parts)
-
-    def __repr__(self) -> str:
-        return self.text
-
-    def _repr_html_(self) -> str:
-        colour, mark = _TONES[self.tone]
-        head = _paragraph(
-            0,
-            f'<span style="color:{colour};font-weight:bold" aria-hidden="true">{mark}</span> '
-            f"<strong>{html.escape(self.title)}</strong> — {html.escape(self.state)}",
-        )
-        lines = "".join(_paragraph(6, _sentence(line)) for line in self.lines)
-        details = "<br>".join(f"{html.escape(label)}: {_marked(text)}" for label, text in self.details)
-        if details:
-            details = _paragraph(8, details, ";font-size:88%;opacity:0.78")
-        frame = f"border:1px solid {_FAINT};border-left:6px solid {colour};border-radius:6px"
-        return (
-            f'<div role="note" style="{frame};padding:10px 14px;margin:4px 0;max-width:48em;line-height:1.5">'
-            f"{head}{self._steps()}{lines}{details}</div>"
-        )
-
-    def _steps(self) -> str:
-        """Four steps from right to far off; the one reached in colour and bold."""
-        if self.band is None:
-            return ""
-        steps = []
-        for index, words in enumerate(BANDS):
-            colour, weight = (_STEPS[index], "bold") if index == self.band else (_FAINT, "normal")
-            style = f"display:inline-block;padding:0 12px 1px 2px;margin-right:4px;font-size:85%;font-weight:{weight}"
-            steps.append(f'<span style="{style};border-bottom:4px solid {colour}">{html.escape(words)}</span>')
-        return _paragraph(6, " ".join(steps))
-
-
-def _sentence(line: str | tuple[str, str]) -> str:
-    return _marked(line) if isinstance(line, str) else f"<strong>{_marked(line[0])}</strong> {_marked(line[1])}"
-
-
-def _marked(text: str) -> str:
-    """Escaped text in which `code` between backticks is code."""
-    return re.sub(r"`([^`]+)`", r"<code>\1</code>", html.escape(text))
-
-
-def _paragraph(above: int, inner: str, style: str = "") -> str:
-    return f'<p style="margin:{above}px 0 0 0{style}">{inner}</p>'

@@ -42,7 +42,7 @@ class Lesson:
     ----------
     name : 07_icp.
     title : ICP.
-    does : what a person can do after it; "" while it is to come.
+    does : what a person can do after it.
     minutes, lab_minutes : of its core, and of its lab.
     stages : the rows of the error budget that it measures.
     """

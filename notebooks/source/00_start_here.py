@@ -13,7 +13,7 @@
 # %% [markdown]
 # # 00 Start here
 #
-# **In a quarter of an hour you go the whole way once: from a depth image to a 3D model, and to a number that says how wrong it is.**
+# **In twenty minutes you go the whole way once: from a depth image to a 3D model, and to a number that says how wrong it is.**
 #
 # Run a cell with Shift+Enter. Nothing can break: this is your own copy, and `python3 course.py reset 00` makes another.
 
@@ -28,7 +28,8 @@ from course_lib.geometry import transforms
 from course_lib.surface import meshes, metrics
 
 room = data.load("living_room")
-show(room.frames[0], title="Where we start: a photograph, and how far away everything in it was")
+show(room.frames[0],
+     title="Where we start: a photograph, and how far away all in it was")
 
 # %% [markdown]
 # This room does not exist. A program drew it, and added the mistakes that a real depth camera makes. So we know the **truth**: where
@@ -39,17 +40,15 @@ show(room.frames[0], title="Where we start: a photograph, and how far away every
 # | | |
 # |---|---|
 # | **You will** | see each step of a reconstruction once; read its error in millimetres; know which lesson explains what |
-# | **Minutes** | 15 for the lesson, 5 for the lab |
+# | **Minutes** | 20 for the lesson, 8 for the lab |
 # | **Before** | nothing but a little Python |
 # | **Teaches** | the report, sections 1 and 2 |
 # | **Data** | `living_room` (simulated, with truth); one frame of a real RealSense camera |
 #
-# This course grew from three documents. It calls them *the report* (3D reconstruction with Open3D and a D455), *the UAV document* (meshing
-# terrain from a drone's stereo camera) and *the lecture* (point clouds for robots). You need none of them: whatever a lesson tests, it
-# quotes.
+# This course grew from three documents: *the report* (3D reconstruction with Open3D and a D455), *the UAV document* (meshing terrain from a
+# drone's stereo camera) and *the lecture* (point clouds for robots). You need none of them: whatever a lesson tests, it quotes.
 #
-# **Open3D** is the library that does the professional work here. It is free, open source and written in C++, with a Python face. It reads
-# clouds, meshes and RGB-D images. It aligns, filters and meshes them. It runs on a laptop without a graphics card.
+# **Open3D** is the library that does the professional work here: free, open source, and content with a laptop.
 #
 # ## 1 From an image to points
 #
@@ -57,7 +56,8 @@ show(room.frames[0], title="Where we start: a photograph, and how far away every
 # places. (Lessons 01 to 03.)
 
 # %%
-first, second = pointcloud.from_frame(room.frames[0]), pointcloud.from_frame(room.frames[8])
+first = pointcloud.from_frame(room.frames[0])
+second = pointcloud.from_frame(room.frames[8])
 report("points", len(first))
 show(first, view="iso", title="The same image, as points in space")
 
@@ -69,15 +69,21 @@ show(first, view="iso", title="The same image, as points in space")
 # First we keep one point in every 3 cm. Then the specks that hang in the air go: the camera invented them. A filter removes points that have too few neighbours near by. (Lessons 04 and 05.)
 
 # %%
-clouds = [o3d.geometry.PointCloud(o3d.utility.Vector3dVector(c.points.astype(float))) for c in (first, second)]
-thinned = [cloud.voxel_down_sample(0.03) for cloud in clouds]  # one point in every 3 cm
-cleaned = [cloud.remove_statistical_outlier(nb_neighbors=20, std_ratio=1.0)[0] for cloud in thinned]
+clouds = [
+    o3d.geometry.PointCloud(o3d.utility.Vector3dVector(c.points.astype(float)))
+    for c in (first, second)]
+# One point in every 3 cm is kept, then what has near neighbours.
+thinned = [cloud.voxel_down_sample(0.03) for cloud in clouds]
+cleaned = [cloud.remove_statistical_outlier(nb_neighbors=20, std_ratio=1.0)[0]
+           for cloud in thinned]
 
 surface, poses = room.mesh, [room.poses[0], room.poses[8]]  # the truth
 for name, cloud in [("before", thinned[0]), ("after", cleaned[0])]:
-    off = metrics.distance_to_surface(transforms.apply(poses[0], np.asarray(cloud.points)), surface)
+    in_the_room = transforms.apply(poses[0], np.asarray(cloud.points))
+    off = metrics.distance_to_surface(in_the_room, surface)
     report(f"points {name}", len(cloud.points))
-    report(f"worst point {name}, distance to the true surface", 1000 * off.max(), "mm", digits=2)
+    report(f"worst point {name}, distance to the true surface",
+           1000 * off.max(), "mm", digits=2)
 
 # %% [markdown]
 # ## 3 Aligned
@@ -94,17 +100,20 @@ for cloud in cleaned:
 moved = transforms.compose(transforms.invert(poses[0]), poses[1])  # the truth
 states, rows = [np.eye(4)], []
 for radius in (0.2, 0.05):
-    result = icp.registration_icp(cleaned[1], cleaned[0], radius, states[-1], icp.TransformationEstimationPointToPlane())
+    result = icp.registration_icp(cleaned[1], cleaned[0], radius, states[-1],
+                                  icp.TransformationEstimationPointToPlane())
     states.append(result.transformation)
-for name, T, radius in zip(["not aligned, counted within 1 m", "ICP, within 20 cm", "then ICP, within 5 cm"], states, (1.0, 0.2, 0.05), strict=True):
-    fitness = icp.evaluate_registration(cleaned[1], cleaned[0], radius, T).fitness
-    rows.append([name, f"{fitness:.3f}", 1000 * transforms.pose_error(T, moved).metres])
+names = ["not aligned, counted within 1 m", "ICP, within 20 cm",
+         "then ICP, within 5 cm"]
+for name, T, radius in zip(names, states, (1.0, 0.2, 0.05), strict=True):
+    found = icp.evaluate_registration(cleaned[1], cleaned[0], radius, T)
+    off_mm = 1000 * transforms.pose_error(T, moved).metres
+    rows.append([name, f"{found.fitness:.3f}", off_mm])
 report_table(rows, columns=["state", "fitness", "true error in mm"], digits=2)
 
 # %% [markdown]
 # The perfect score belongs to the clouds that nobody aligned: their camera is off by the length of a forearm. With a radius of one
-# metre, every point has *some* partner. The best state has the lowest score. Remember this table whenever a tool tells you
-# that it succeeded. **This course asks every result for its error.**
+# metre, every point has *some* partner. The best state has the lowest score. **This course asks every result for its error.**
 #
 # ## 4 Meshed and measured
 #
@@ -112,53 +121,65 @@ report_table(rows, columns=["state", "fitness", "true error in mm"], digits=2)
 
 # %%
 both = cleaned[0] + o3d.geometry.PointCloud(cleaned[1]).transform(states[-1])
-poisson, density = o3d.geometry.TriangleMesh.create_from_point_cloud_poisson(both, depth=7, n_threads=1)
-poisson.remove_vertices_by_mask(np.asarray(density) < np.quantile(density, 0.15))  # what no point supports
+poisson, density = o3d.geometry.TriangleMesh.create_from_point_cloud_poisson(
+    both, depth=7, n_threads=1)
+unsupported = np.asarray(density) < np.quantile(density, 0.15)
+poisson.remove_vertices_by_mask(unsupported)  # surface far from any point
 
 vertices = transforms.apply(poses[0], np.asarray(poisson.vertices))
 error_mm = 1000 * metrics.distance_to_surface(vertices, surface)
-report("median distance of the mesh to the true surface", np.median(error_mm), "mm", digits=2)
+report("median distance of the mesh to the true surface", np.median(error_mm),
+       "mm", digits=2)
 mesh = meshes.Mesh(vertices, np.asarray(poisson.triangles))
-show((mesh, np.minimum(error_mm, 50)), label="error (50 = 50 or more)", unit="mm", frame="world", view="iso", cull=True,
-     about=True, title="How wrong the surface is, and where", alt="The table and the walls come out well, edges do not")
+show((mesh, np.minimum(error_mm, 50)), label="error (50 = 50 or more)",
+     unit="mm", frame="world", view="iso", cull=True, about=True,
+     title="How wrong the surface is, and where",
+     alt="The table and the walls come out well, edges do not")
 
 # %% [markdown]
 # ## 5 The same on a real camera
 #
-# The first step runs on a real frame, too: this one is from a RealSense camera. (If you see "skipped", the data is not on your machine yet. The message says how to get it.)
+# The first step runs on a real frame, too: this one is from a RealSense camera. (If it is not on your machine yet, you see the stored picture, and a line above it says how to get the data.)
 
 # %% tags=["real-data"]
 # real data: realsense_planes
 real = data.load("realsense_planes").frames[-1]
-show(pointcloud.from_frame(real), views=["camera", "side"], title="A box seen by a RealSense, and the same points from the side")
+show(pointcloud.from_frame(real), views=["camera", "side"],
+     title="A box seen by a RealSense, and the same points from the side")
 
 # %% [markdown]
-# From the side, the far wall is wavy; a real wall is flat. So something is wrong. How wrong is it? Nobody knows: nobody measured this
-# room. That is why each lesson works on simulated data first, where errors can be measured, and on real data after that.
+# From the side, the far wall is wavy; a real wall is flat. How wrong is it? Nobody knows: nobody measured this room. So each lesson works
+# on simulated data first, where errors can be measured, and on real data after that.
 #
 # ## The map
 #
-# Eighteen lessons, each with a lab. Those without minutes are still to come.
+# Every lesson has a lab. Those without minutes are still to come.
 #
-# | Lesson | Minutes, lesson + lab | You will be able to |
-# |---|---|---|
-# | **00 Start here** | 15 + 5 | see the whole trip |
-# | **01 RGB-D images** | 45 + 60 | read any depth image in metres |
-# | **02 Point clouds** | 45 + 60 | read, pack and place clouds |
-# | **03 From depth to points** | 45 + 60 | lift an image into space, and say how wrong it can go |
-# | 04 Downsampling, normals, features | | thin a cloud without losing its shape |
-# | 05 Outliers | | remove what is not there |
-# | 06 Planes | | find floors, tables, walls |
-# | 07 ICP | | align two clouds |
-# | 08 Meshes, 09 Alpha shapes | | turn points into surfaces |
-# | 10 RGB-D odometry | | follow the camera |
-# | 11 D455 calibration | | know your own camera |
-# | 12 Stitching, 13 Many views | | build one model from many images |
-# | 14 Sensing depth | | know how depth is measured |
-# | 15 Terrain from a UAV, 16 LiDAR odometry, 17 Robots | | take it outdoors, and use it |
+# <!-- map -->
+# | Lesson | Lab | Minutes, lesson + lab | You will be able to |
+# |---|---|---|---|
+# | [00 Start here](00_start_here.ipynb) | [lab](../exercises/00_start_here.ipynb) | 18 + 8 | see the whole trip, and rehearse handing in |
+# | [01 RGB-D images](01_rgbd_images.ipynb) | [lab](../exercises/01_rgbd_images.ipynb) | 49 + 45 | read any depth image in metres, and tell what it cannot know |
+# | [02 Point clouds](02_point_clouds.ipynb) | [lab](../exercises/02_point_clouds.ipynb) | 58 + 48 | read, pack, move and place clouds, up to PointCloud2 messages |
+# | [03 From depth to points](03_depth_to_points.ipynb) | [lab](../exercises/03_depth_to_points.ipynb) | 55 + 50 | lift a depth image into space, and find what goes wrong on the way |
+# | [04 Downsampling, normals, features](04_downsampling.ipynb) | [lab](../exercises/04_downsampling.ipynb) | 58 + 47 | make a cloud a hundred times smaller and price it in millimetres; normals with the right sign |
+# | [05 Outliers](05_outliers.ipynb) | [lab](../exercises/05_outliers.ipynb) | 63 + 45 | clean a cloud, and say by kind of outlier what each filter finds and what it costs |
+# | [06 Planes](06_planes.ipynb) | [lab](../exercises/06_planes.ipynb) | 56 + 55 | find planes, take the floor away, and pick text out of a cloud, with precision and recall |
+# | [07 ICP](07_icp.ipynb) | [lab](../exercises/07_icp.ipynb) | 64 + 59 | lay one cloud on another, and tell a good fit from a number that looks like one |
+# | 08 Meshes | | | turn points into surfaces |
+# | 09 Alpha shapes | | | find the outline of a cloud |
+# | 10 RGB-D odometry | | | follow a camera, and say how far it has drifted |
+# | 11 D455 calibration | | | calibrate your own camera |
+# | 12 Stitching | | | build one model from many images |
+# | 13 Many views | | | fuse many views into one surface |
+# | 14 Sensing depth | | | know how depth is measured, and where that fails |
+# | 15 Terrain from a UAV | | | make terrain from a drone's stereo camera |
+# | 16 LiDAR odometry | | | follow a laser scanner outdoors |
+# | 17 Robots | | | put a reconstruction to use on a robot |
+# <!-- /map -->
 #
-# Three routes. **An evening**: this lesson and 01. **A lab day**: 00, 01 and 03, each with its lab. **A semester**: a lesson and its
-# lab a week, in order.
+# Three routes. **An evening**: this lesson and [01](01_rgbd_images.ipynb). **A lab day**: 00, [01](01_rgbd_images.ipynb) and
+# [03](03_depth_to_points.ipynb), each with its lab. **A semester**: a lesson and its lab a week, in order.
 #
 # ## The error budget
 #
@@ -176,4 +197,4 @@ show.error_budget()
 #
 # ## To the lab
 #
-# Lab 00 is one line long. It rehearses how a lab works and how you hand it in: `my_work/labs/00_start_here.ipynb`.
+# Lab 00 is one line long. It rehearses how a lab works and how you hand it in: [open lab 00](../exercises/00_start_here.ipynb).

@@ -204,6 +204,7 @@ report("orange, if you read the float as a number", float(orange[0]),
 rate_guess = predict("How many megabytes a second?", guess=None, unit="MB/s")
 
 # %% tags=["hide-input", "prediction"]
+# The answer: run this after your guess.
 colored = types["PointXYZRGB"]
 rate_guess.answer(
     640 * 480 * 30 * colored.itemsize / 1e6,

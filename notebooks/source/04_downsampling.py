@@ -120,6 +120,7 @@ half_voxel_guess = predict(
     "animal keep?", guess=None, unit="times")
 
 # %% tags=["hide-input", "prediction"]
+# The answer: run this after your guess.
 fine, coarse = (len(voxel_grid(points, size)[0]) for size in (0.005, 0.01))
 half_voxel_guess.answer(
     fine / coarse, digits=2,
@@ -780,7 +781,7 @@ report_table(rows, columns=["depth (m)", "points", "kept, voxel 20 mm",
 #
 # ## To the lab
 #
-# Lab 04 has you write the voxel grid, mend somebody's normals and thin a cloud without tearing holes: `python3 course.py start 04`.
+# Lab 04 has you write the voxel grid, mend somebody's normals and thin a cloud without tearing holes: [open lab 04](../exercises/04_downsampling.ipynb).
 #
 # ## Going further
 #

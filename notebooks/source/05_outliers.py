@@ -159,6 +159,7 @@ share_guess = predict(
     guess=None, unit="%")
 
 # %% tags=["hide-input", "prediction"]
+# The answer: run this after your guess.
 share_guess.answer(
     100 * score(by_open3d(points, 20, 2.0), kinds)[1], digits=2,
     why="A few far strays make the standard deviation large, and the "
@@ -253,6 +254,7 @@ growth_guess = predict(
     "neighbours. And a point of the cable and rod?", guess=None, unit="times")
 
 # %% tags=["hide-input", "prediction"]
+# The answer: run this after your guess.
 double = count_within(points, 2 * radius)
 times_as_many = double / np.maximum(count, 1)
 growth = {kind: np.median(times_as_many[kinds == kind])
@@ -590,7 +592,7 @@ show.panels({name: [{"kept": (real[keep], "surface"), "removed": (real[~keep], "
 # ## To the lab
 #
 # Lab 05 has you read a threshold from a histogram, measure distances to neighbours, mend somebody's radius filter, tell five spoiled desks apart, and clean a desk better than a guess:
-# `python3 course.py start 05`.
+# [open lab 05](../exercises/05_outliers.ipynb).
 #
 # ## Going further
 #

@@ -730,7 +730,7 @@ show.panels(
 # ## To the lab
 #
 # Lab 06 has you derive, fit, mend and find where the lesson's code is not enough: points of unequal noise, a camera's own frame, a furnished room.
-# `python3 course.py start 06`.
+# [open lab 06](../exercises/06_planes.ipynb).
 #
 # ## Going further
 #

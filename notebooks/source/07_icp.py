@@ -289,6 +289,7 @@ start_guess = predict(
     guess=None, unit="degrees")
 
 # %% tags=["hide-input", "prediction"]
+# The answer: run this after your guess.
 angles, offsets = np.arange(0, 181, 30), np.array([0, 0.05, 0.1, 0.2])
 few = surface[::5]
 maps = {}
@@ -484,6 +485,7 @@ corridor_guess = predict(
     guess=None, unit="m")
 
 # %% tags=["hide-input", "prediction"]
+# The answer: run this after your guess.
 def corridor(n):
     """Points of a corridor along x, 2 m wide and 2.5 m high, with 5 mm noise, and the walls' normals."""
     x, s, wall = rng.uniform(0, 20, n), rng.uniform(0, 1, n), rng.integers(4, size=n)
@@ -620,7 +622,7 @@ report("and turned by", transforms.pose_error(result.T_target_source, T_0_45).de
 # ## To the lab
 #
 # Lab 07 has you write `best_rigid`, mend a step that walks away, and register two scans that share only a part:
-# `python3 course.py start 07`.
+# [open lab 07](../exercises/07_icp.ipynb).
 #
 # ## Going further
 #

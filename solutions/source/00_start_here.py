@@ -14,7 +14,7 @@
 # # Lab 00 Start here
 #
 # One line of code, to rehearse the whole way of a lab: read the task, replace one line, run the check, hand in. It takes five
-# minutes, and most of them are reading.
+# minutes, and most of them are reading. [Lesson 00](../notebooks/00_start_here.ipynb) is where you come from.
 
 # %%
 import numpy as np

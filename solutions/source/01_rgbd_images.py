@@ -17,7 +17,7 @@
 # where it says `raise NotImplementedError`, run the cell, then run the check below it. The check tells you by how much you
 # are off; after a second try also what it looks like, after a third where to read.
 #
-# Everything you need stands in lesson 01 or in the hints. Use NumPy and no other library: what `cv2` or `rgbd` would do is what
+# Everything you need stands in [lesson 01](../notebooks/01_rgbd_images.ipynb) or in the hints. Use NumPy and no other library: what `cv2` or `rgbd` would do is what
 # the tasks are about. Depth images are `(H, W)` arrays of metres, 0 where nothing was measured; `depth[v, u]` is row `v`, column `u`.
 
 # %%

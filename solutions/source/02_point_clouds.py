@@ -17,7 +17,7 @@
 # where it says `raise NotImplementedError`, run the cell, then run the check below it. The check tells you by how much you
 # are off; after a second try also what it looks like, after a third where to read.
 #
-# Everything you need stands in lesson 02, but no task is solved by copying from it: each time something is different. You may use
+# Everything you need stands in [lesson 02](../notebooks/02_point_clouds.ipynb), but no task is solved by copying from it: each time something is different. You may use
 # NumPy and `struct`, all of both; the course's own library does not count. Clouds are `(N, 3)` arrays of metres.
 
 # %%

@@ -17,7 +17,7 @@
 # where it says `raise NotImplementedError`, run the cell, then run the check below it. The check says by how much you are
 # off, and in which axis. Try again and it says what the mistake looks like, then where to read.
 #
-# Everything you need stands in lesson 03. You may use NumPy; write the formulas yourself. Images are `(H, W)` arrays:
+# Everything you need stands in [lesson 03](../notebooks/03_depth_to_points.ipynb). You may use NumPy; write the formulas yourself. Images are `(H, W)` arrays:
 # `depth[v, u]` is row `v`, column `u`, and the centres of pixels lie at whole numbers. The camera's axes are x right, y down,
 # z forward. Depth is z in metres, 0 where nothing was measured.
 
@@ -83,11 +83,11 @@ check("03-1", focal_length)
 # its image only. Lift every pixel of the window to a point.
 #
 # - `ranges`: (H, W) float, metres along the ray, 0 where nothing came back
-# - `fx`, `fy`, `cx`, `cy`: the intrinsics of the full image, in pixels; fx and fy differ
+# - `fx`, `fy`, `cx`, `cy`: the intrinsics of the full image, in pixels; fx and fy may differ
 # - `left`, `top`: the window's first pixel is column `left`, row `top` of the full image
 # - returns: (H, W, 3) float, metres, camera frame; NaN in all three where nothing was measured
 #
-# For example, with fx = 4, cx = cy = 0, left = 3 and top = 0, a range of 2.5 in the first pixel is the point (1.5, 0, 2).
+# For example, with fx = 4, fy = 5, cx = cy = 0, left = 3 and top = 0, a range of 2.5 in the first pixel is the point (1.5, 0, 2).
 #
 # <details><summary>Hint 1: idea</summary>At which column and row of the full image does each pixel lie? Give its ray a z of 1: how
 # long is it then?</details>
@@ -130,7 +130,7 @@ check("03-2", deproject)
 # ## Task 3 — mend a cloud from a stored frame (3 points)
 #
 # Somebody wrote this for their own camera and gave it to you. On your recording it returns what the picture shows: on its
-# head, with a piece missing, and the table is 1.5 times too wide. There are three mistakes in it. Mend them all.
+# head, with a piece missing, and what is left is 1.5 times too large in all three directions. There are three mistakes in it. Mend them all.
 #
 # - `raw`: (H, W) uint16 as stored; 0 where nothing was measured
 # - `color`: (H, W, 3) uint8, RGB, registered to depth
@@ -222,13 +222,13 @@ for axis, letter, points in zip(axes.ravel(), "ABCDEF", spoiled, strict=True):
     axis.plot(points[:, 0], points[:, 2], ".", ms=2, label="spoiled",
               color=show.COLOURS["outlier"])
     axis.plot([0], [0], "^", color=show.COLOURS["truth"], ms=8, label="camera")
-    axis.set(title=letter, aspect="equal")
+    axis.set(title=letter, aspect="equal", xticks=range(-4, 6, 2))
 for axis in axes[1]:
     axis.set_xlabel("x (m)")
 for axis in axes[:, 0]:
     axis.set_ylabel("z (m)")
 axes[0, 0].legend(loc="lower left", fontsize=9)
-picture(fig, alt="Row 60 of six spoiled clouds from above, over the right "
+picture(fig, alt="One row of six spoiled clouds from above, over the right "
                  "one. "
         + " ".join(
     f"{letter}: from x = {np.nanmin(x):.2f} to {np.nanmax(x):.2f} m, "
@@ -249,12 +249,12 @@ def causes():
     """A dict from the letters "A" to "F" to the names of their causes."""
     # BEGIN SOLUTION
     return {
-        "A": "z taken for range",
-        "B": "another camera's depth scale",
-        "C": "flip left in",
-        "D": "another camera's focal length",
-        "E": "cut off at 3 m",
-        "F": "rows for columns",
+        "A": "rows for columns",
+        "B": "z taken for range",
+        "C": "cut off at 3 m",
+        "D": "another camera's depth scale",
+        "E": "flip left in",
+        "F": "another camera's focal length",
     }
     # END SOLUTION
 
@@ -307,12 +307,14 @@ check("03-5", estimate_focal)
 # %% [markdown]
 # ## Task 6 — explain the front view (2 points, marked by hand)
 #
-# A colleague lifts frames of a D455 with f = 525, looks at the cloud from the front and says: "Looks right." In at most 60
-# words: why does it look right although f is wrong, and which single measurement would expose it?
+# A colleague lifts frames with the right f but divides the stored depth by 5000 where 1000 belongs, looks at the cloud from the
+# camera's place and says: "Looks right." In at most 60 words: why can this view not show the mistake, and which lengths do
+# you measure to tell a wrong depth scale from a wrong f?
 #
-# <details><summary>Hint 1: idea</summary>What does a wrong f do to x, to y and to z? Where does each point then lie, seen from the
-# camera?</details>
-# <details><summary>Hint 2: formula</summary>"Break it" in lesson 03 has both halves of the answer.</details>
+# <details><summary>Hint 1: idea</summary>What does a wrong scale do to x, to y and to z? At which pixel does each point then lie, and
+# what would a wrong f have left alone?</details>
+# <details><summary>Hint 2: where to read</summary>"Break it" in lesson 03 argues so for f. The table of section 4 says what differs
+# for the scale.</details>
 
 
 # %% tags=["task"]
@@ -320,11 +322,10 @@ def explain():
     """Your explanation, at most 60 words."""
     # BEGIN SOLUTION
     return (
-        "A wrong f multiplies x and y of every point by the same factor and "
-        "leaves z alone. So the picture from the front is the right one, only "
-        "magnified, and flat walls stay flat. Measure something of known "
-        "length that lies across the image, such as a table's width: it is "
-        "wrong by exactly that factor."
+        "A wrong scale divides x, y and z by the same number. So each point "
+        "stays on its ray and falls on its own pixel. Measure one known length "
+        "across the image and one in depth, such as the distance to a wall: a "
+        "wrong scale spoils both alike, a wrong f only the one across."
     )
     # END SOLUTION
 

@@ -17,7 +17,7 @@
 # where it says `raise NotImplementedError`, run the cell, then run the check below it. The check says by how much you are
 # off. Try again and it says what the mistake looks like, then where to read.
 #
-# Everything you need stands in lesson 04. You may use NumPy. Clouds are `(N, 3)` arrays in metres.
+# Everything you need stands in [lesson 04](../notebooks/04_downsampling.ipynb). You may use NumPy. Clouds are `(N, 3)` arrays in metres.
 
 # %%
 from course_lib.notebook import check, data, picture, report, report_table, show

@@ -17,7 +17,7 @@
 # where it says `raise NotImplementedError`, run the cell, then run the check below it. The check says what is off and by how much. Try again
 # and it says what the mistake looks like, then where to read.
 #
-# Everything you need stands in lesson 05. Points are `(N, 3)` arrays in metres. A point is **not** among its own neighbours. A mask `keep` is `(N,)`,
+# Everything you need stands in [lesson 05](../notebooks/05_outliers.ipynb). Points are `(N, 3)` arrays in metres. A point is **not** among its own neighbours. A mask `keep` is `(N,)`,
 # True where a point stays. You may use NumPy and SciPy's trees; the filters you write yourself.
 
 # %%

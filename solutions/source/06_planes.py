@@ -17,7 +17,7 @@
 # where it says `raise NotImplementedError`, run the cell, then run the check below it. The check says by how much you are
 # off. Try again and it says what the mistake looks like, then where to read.
 #
-# Everything you need stands in lesson 06, but nowhere is its code the answer: each task says what is different. You may use NumPy; write the
+# Everything you need stands in [lesson 06](../notebooks/06_planes.ipynb), but nowhere is its code the answer: each task says what is different. You may use NumPy; write the
 # formulas yourself. Points are `(N, 3)` arrays in metres. A plane is four numbers in one array, `[n_x, n_y, n_z, d]`, and holds the points
 # with n · x + d = 0. `[-n_x, -n_y, -n_z, -d]` is the same plane: return either.
 

@@ -17,7 +17,7 @@
 # where it says `raise NotImplementedError`, run the cell, then run the check below it. The check says by how much you are
 # off, and in which part. Try again and it says what the mistake looks like, then where to read.
 #
-# Everything you need stands in lesson 07. Use NumPy, and in task 5 also SciPy's k-d tree. Points are rows, `(N, 3)`, in
+# Everything you need stands in [lesson 07](../notebooks/07_icp.ipynb). Use NumPy, and in task 5 also SciPy's k-d tree. Points are rows, `(N, 3)`, in
 # metres. `T_target_source` is 4x4 and maps source coordinates to target coordinates; a point moves by
 # `points @ T[:3, :3].T + T[:3, 3]`.
 

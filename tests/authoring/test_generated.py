@@ -7,9 +7,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from nbformat.v4 import new_output
 
+from course_lib.authoring import notebooks as nbs
 from course_lib.authoring.build import check_all
-from course_lib.authoring.generated import COUNTED, stale, write_generated
+from course_lib.authoring.generated import COUNTED, _map, stale, write_generated
 from course_lib.authoring.lesson_files import WANTED, lacking
 from course_lib.authoring.minutes import counted
 from course_lib.authoring.tree import CourseError, Tree
@@ -101,3 +103,38 @@ def test_a_lesson_without_minutes_and_a_dataset_without_a_card_are_told_of(tree:
         "notebooks/source/01_tiny.toml: a lesson that is there has does, minutes and lab_minutes",
         "datasets/square.md is missing: the card of this dataset",
     ]
+
+
+def test_the_map_of_lesson_00_reaches_its_notebook_without_running_it(tree: Tree) -> None:
+    source = tree.lessons_folder / "source" / "00_start_here.py"
+    cells = "# %% [markdown]\n# # 00 Start here\n#\n# <!-- map -->\n# <!-- /map -->\n\n# %%\n6 * 7\n"
+    source.write_text(cells, encoding="utf-8")
+    facts = 'title = "Start here"\ndoes = "see it all"\nminutes = 15\nlab_minutes = 5\n'
+    source.with_suffix(".toml").write_text(facts, encoding="utf-8")
+    lesson = tree.find(["00"])[0]
+    stored = nbs.read_source(source)
+    stored.cells[1].execution_count = 1
+    stored.cells[1].outputs = [new_output("execute_result", {"text/plain": "42"}, execution_count=1)]
+    nbs.write_notebook(lesson.notebook, stored)
+    before = nbs.read_notebook(lesson.notebook)
+    write_generated(tree)
+    first, lab = (counted(folder / "01_tiny.ipynb", tree) for folder in (tree.lessons_folder, tree.solutions_folder))
+    start = counted(lesson.notebook, tree)  # its own map included
+    rows = [
+        "| Lesson | Lab | Minutes, lesson + lab | You will be able to |",
+        "|---|---|---|---|",
+        f"| [00 Start here](00_start_here.ipynb) | [lab](../exercises/00_start_here.ipynb) | {start} | see it all |",
+        f"| [01 Tiny](01_tiny.ipynb) | [lab](../exercises/01_tiny.ipynb) | {first} + {lab} | know what a pixel is |",
+    ]
+    table = "".join(f"# {row}\n" for row in rows)
+    assert source.read_text(encoding="utf-8") == cells.replace("# <!-- /map", f"{table}# <!-- /map")
+    after = nbs.read_notebook(lesson.notebook)
+    assert after.cells[0].source.splitlines()[3:-1] == rows
+    assert after.cells[0].id == before.cells[0].id and after.cells[1] == before.cells[1]
+    assert write_generated(tree) == []
+    assert counted(lesson.notebook, tree) == 2, "a table; its rows are looked up and count for no words"
+
+
+def test_a_lesson_to_come_is_on_the_map_without_a_link(tree: Tree) -> None:
+    (tree.lessons_folder / "source" / "02_next.toml").write_text('title = "Next"\ndoes = "go on"\n', encoding="utf-8")
+    assert _map(tree).splitlines()[-1] == "| 02 Next | | | go on |"

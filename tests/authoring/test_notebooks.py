@@ -52,8 +52,8 @@ def test_header_and_foreign_metadata_stay_out(tmp_path: Path) -> None:
 
 def test_prediction_and_hidden_input_are_stored_collapsed(tmp_path: Path) -> None:
     nb = _source(tmp_path, '# %% tags=["prediction"]\n1\n# %% tags=["hide-input"]\n2\n')
-    assert nb.cells[0].metadata["jupyter"] == {"outputs_hidden": True}
-    assert nb.cells[1].metadata["jupyter"] == {"source_hidden": True}
+    assert nb.cells[0].metadata == {"tags": ["prediction"], "jupyter": {"outputs_hidden": True}, "collapsed": True}
+    assert nb.cells[1].metadata == {"tags": ["hide-input"], "jupyter": {"source_hidden": True}}
 
 
 @pytest.mark.parametrize(

@@ -114,8 +114,11 @@ def test_checks_know_slips_there_and_run_no_wrong_answer(tree):
         "from course_lib.notebook.check import check\n"
         "from course_lib.tasks.diagnosis import diagnose, recognition\n"
         "diagnose.run = recognition.run = None\n"
-        "bottom_up = lambda u, v, width, height: (height - 1 - v) * width + u\n"
-        "print([check('02-1', bottom_up).text for _ in range(2)][1])\n"
+        "columns = lambda width, step: len(range(0, width, step))\n"
+        "rows = lambda u, v, width, height, step: v // step * columns(width, step) + u // step\n"
+        "bottom_up = lambda u, v, width, height, step: rows(u, height - 1 - v, width, height, step)\n"
+        "edited = lambda u, v, width, height, step: 0 + bottom_up(u, v, width, height, step)\n"
+        "print([check('02-1', answer).text for answer in (bottom_up, edited)][1])\n"
     )
     assert "This looks like `v` counted from the other end" in run_there(tree, code)
 

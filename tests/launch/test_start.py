@@ -16,14 +16,19 @@ import nbformat
 import psutil
 import pytest
 from click.testing import CliRunner
+from jupyter_client.manager import start_new_kernel
 from nbformat.sign import NotebookNotary
 
+from course_lib.authoring import notebooks as nbs
 from course_lib.authoring.tree import CourseError, Tree
 from course_lib.launch import my_work, reset, server, start
 
 ROOT = Path(__file__).resolve().parents[2]
 SECONDS = 120  # a guard against hanging, nothing is judged by it
-PROSE = "See [the glossary](../docs/glossary.md#depth), [the lab](../exercises/01_rgbd_images.ipynb#task-1), [web](https://a.b/../c)"
+PROSE = (
+    "See [the glossary](../docs/glossary.md#depth), [the lab](../exercises/01_rgbd_images.ipynb#task-1), "
+    "[web](https://a.b/../c), [readme](../README.md), [next](02_point_clouds.ipynb), [here](#card)"
+)
 NAMES = ("00_start_here", "01_rgbd_images", "02_point_clouds")
 
 
@@ -54,6 +59,11 @@ def tree(tmp_path):
     made = Tree(tmp_path / "course")
     for folder in (made.lessons_folder, made.exercises_folder, made.solutions_folder):
         folder.mkdir(parents=True)
+    made.docs_folder.mkdir()
+    glossary = "[lesson 01](../notebooks/01_rgbd_images.ipynb#2-Depth), [words](glossary/), [all](conventions.md)\n"
+    (made.docs_folder / "glossary.md").write_text(glossary, "utf-8")
+    (made.docs_folder / "conventions.md").write_text("x right\n", "utf-8")
+    (made.docs_folder / "instructors.md").write_text("no lesson links here\n", "utf-8")
     for name in NAMES:
         (made.lessons_folder / f"{name}.ipynb").write_text(notebook(("markdown", PROSE), ("code", "6 * 7")), "utf-8")
         (made.exercises_folder / f"{name}.ipynb").write_text(lab(name), "utf-8")
@@ -76,11 +86,27 @@ def test_lessons_and_labs_are_copied_once(tree):
 def test_links_of_a_copy_lead_where_those_of_the_original_led(tree):
     my_work.update(tree)
     text = nbformat.reads(contents(tree)["lessons/01_rgbd_images.ipynb"], as_version=4).cells[0].source
-    assert "(../../docs/glossary.md#depth)" in text
+    assert "(../docs/glossary.md#depth)" in text
+    assert "(../../README.md)" in text and "(02_point_clouds.ipynb)" in text
     assert "(../labs/01_rgbd_images.ipynb#task-1)" in text
     assert "(https://a.b/../c)" in text
     text = nbformat.reads(contents(tree)["labs/01_rgbd_images.ipynb"], as_version=4).cells[0].source
     assert "(../lessons/01_rgbd_images.ipynb)" in text
+
+
+def test_pages_that_lessons_lead_to_are_copied_and_lead_on_to_copies(tree):
+    my_work.update(tree)
+    pages = my_work.work_folder(tree) / "docs"
+    assert sorted(page.name for page in pages.iterdir()) == ["conventions.md", "glossary.md"]
+    assert (pages / "glossary.md").read_text("utf-8") == (
+        "[lesson 01](../lessons/01_rgbd_images.ipynb#2-Depth), [words](../../docs/glossary/), [all](conventions.md)\n"
+    )
+    (tree.docs_folder / "glossary.md").write_text("new: [all](conventions.md)\n", "utf-8")
+    (pages / "conventions.md").write_text("my own remark\n", "utf-8")
+    (tree.docs_folder / "conventions.md").write_text("new, too\n", "utf-8")
+    assert my_work.update(tree) == []
+    assert (pages / "glossary.md").read_text("utf-8") == "new: [all](conventions.md)\n"
+    assert (pages / "conventions.md").read_text("utf-8") == "my own remark\n"
 
 
 def test_a_learners_file_is_never_overwritten_and_what_changed_is_named_once(tree):
@@ -147,7 +173,7 @@ def test_fresh_copies_stand_beside_and_overwrite_nothing(tree):
     names = [my_work.fresh_copy(tree, one).name for _ in range(3)]
     assert names == ["01_rgbd_images-fresh.ipynb", "01_rgbd_images-fresh-2.ipynb", "01_rgbd_images-fresh-3.ipynb"]
     assert mine.read_text("utf-8") == "mine"
-    assert mine.with_name(names[2]).read_text("utf-8") == my_work.copy_text(one.original)
+    assert mine.with_name(names[2]).read_text("utf-8") == my_work.copy_text(one, my_work.copies(tree))
     other = my_work.find(tree, "lab", "02_point_clouds")
     assert my_work.fresh_copy(tree, other).name == "02_point_clouds-fresh.ipynb"
 
@@ -221,6 +247,19 @@ def test_settings_bind_to_this_machine_and_keep_pop_ups_away(tree):
     page = json.loads((file.parent / "labconfig" / "page_config.json").read_text("utf-8"))
     assert page["buildCheck"] is False and page["buildAvailable"] is False
     assert page["disabledExtensions"]["@jupyterlab/apputils-extension:announcements"] is True
+
+
+def test_a_kernel_tells_no_version_that_would_be_written_into_what_is_opened(tree, monkeypatch):
+    server.settings(tree, 8901, "lab")
+    for key, value in server.environment(tree).items():
+        monkeypatch.setenv(key, value)
+    manager, client = start_new_kernel(kernel_name="python3")
+    try:
+        told = client.kernel_info(reply=True, timeout=SECONDS)["content"]["language_info"]
+    finally:
+        client.stop_channels()
+        manager.shutdown_kernel(now=True)
+    assert told == nbs.LANGUAGE  # what a stored notebook has: JupyterLab sees nothing to change
 
 
 def test_nobodys_own_jupyter_settings_take_part(tree, monkeypatch):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import html
 import io
+import json
 import re
 import sys
 from collections.abc import Iterator
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 
 from course_lib import tasks
+from course_lib.notebook import _where
 from course_lib.notebook import check as _check  # noqa: F401 - loads the module below
 from course_lib.tasks.core import Case, Misconception, Task
 from course_lib.tasks.judges import judge_array, judge_band, judge_choice, judge_words, worst_of
@@ -73,8 +75,13 @@ def test_passing_card() -> None:
     assert check("90-1", off(5e-4)).text.endswith("Right, within tolerance.")
 
 
+def edited(by: float, times: int) -> object:
+    """An answer that is off by so much, and was edited so often."""
+    return eval(f"lambda n: ({times}, TRUTH + {by})[1]", {"TRUTH": TRUTH})
+
+
 def test_help_grows_with_each_failure() -> None:
-    first, second, third = (check("90-1", off(1)).text for _ in range(3))
+    first, second, third = (check("90-1", edited(1, times)).text for times in range(3))
     assert "x is off by 1 m at worst (row [0] of 4); 1 mm is allowed." in first
     assert "more than 10 times the tolerance" in first
     assert "This looks like" not in first and "Where to look" not in first
@@ -85,16 +92,52 @@ def test_help_grows_with_each_failure() -> None:
 
 
 def test_failures_are_counted_by_task_and_forgotten_when_it_passes() -> None:
-    check("90-1", off(1))
+    check("90-1", edited(1, 0))
     check("90-2", lambda: {})
-    assert "This looks like" in check("90-1", off(1)).text
+    assert "This looks like" in check("90-1", edited(1, 1)).text
     check("90-1", off(0))
-    assert "This looks like" not in check("90-1", off(1)).text
+    assert "This looks like" not in check("90-1", edited(1, 2)).text
+
+
+def test_an_answer_that_was_not_changed_counts_once() -> None:
+    same = [check("90-1", edited(1, 0)).text for _ in range(4)]
+    assert set(same) == {same[0]}
+    assert "change something in the cell above, run it, then this one" in same[0]
+    assert "This looks like" in check("90-1", edited(1, 1)).text
+    assert "Where to look" not in check("90-1", edited(1, 1)).text
+    assert "Where to look" in check("90-1", edited(1, 2)).text
+
+
+def test_an_answer_whose_number_stands_in_another_cell_counts_as_changed_with_it() -> None:
+    names = {"TRUTH": TRUTH, "by": 1.0}
+    answer = eval("lambda n: TRUTH + by", names)
+    assert "This looks like" not in check("90-1", answer).text
+    names["by"] = 2.0
+    assert "off by 2 m" in check("90-1", answer).text
+    assert module._failures["90-1"][0] == 2
+
+
+@pytest.mark.parametrize(
+    ("folder", "beside"), [("my_work/labs", "../lessons"), ("exercises", "../notebooks"), (".", "../notebooks")]
+)
+def test_where_to_look_is_a_link_from_wherever_a_lab_runs(folder: str, beside: str, monkeypatch, tmp_path) -> None:
+    monkeypatch.setattr(_where, "ROOT", tmp_path)
+    for place in ("notebooks", folder):
+        (tmp_path / place).mkdir(parents=True, exist_ok=True)
+    cells = [{"cell_type": "markdown", "source": ["# 03 Depth\n", "\n", "## 1 Rays\n", "## 2 Depth is z, not 1 < 2"]}]
+    (tmp_path / "notebooks" / "03_depth.ipynb").write_text(json.dumps({"cells": cells}), "utf-8")
+    monkeypatch.chdir(tmp_path / folder)
+    where = "lesson 03, sections 2 and 9 (a < b); lesson 03; lesson 77"
+    card = module.Card("failed", "t", "s", (("Where to look:", where),))
+    link = f'<a href="{beside}/03_depth.ipynb#2-Depth-is-z,-not-1-&lt;-2">lesson 03, sections 2</a> and 9 (a &lt; b)'
+    assert link in card._repr_html_()
+    assert f'<a href="{beside}/03_depth.ipynb">lesson 03</a>; lesson 77' in card._repr_html_()
+    assert where in card.text
 
 
 def test_unknown_mistake_is_said_to_be_unknown() -> None:
-    check("90-1", off(0.37))
-    card = check("90-1", off(0.37)).text
+    check("90-1", edited(0.37, 0))
+    card = check("90-1", edited(0.37, 1)).text
     assert card.count("It is not a mistake that this check knows.") == 1
     assert card.index("Every value is 370 mm too large") < card.index("It is not a mistake")
 
@@ -126,8 +169,8 @@ def test_error_is_shown_in_bands(by: float, step: int) -> None:
 
 
 def test_card_is_escaped_and_valid_html() -> None:
-    check("90-1", off(1))
-    page = check("90-1", off(1))._repr_html_()
+    check("90-1", edited(1, 0))
+    page = check("90-1", edited(1, 1))._repr_html_()
     assert "subtract &lt;1&gt;" in page and "four &lt;points&gt;" in page and "a &amp; b" in page
     assert "<script" not in page and "<style" not in page and "class=" not in page
     for tag in ("div", "p", "span", "strong", "code"):
@@ -275,8 +318,8 @@ def test_explanation_is_ready_to_hand_in(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setenv("COURSE_STRICT", "1")
     card = check("90-4", lambda: "because")
     assert card.text == (
-        "✓ Task 4: a & b — ready to hand in · up to 4 points, marked by hand\n"
-        "  1 of at most 60 words. Only the length was checked; your instructor reads it and gives 0 to 4."
+        "→ Task 4: a & b — written, not judged here · up to 4 points, marked by hand\n"
+        "  1 of at most 60 words. Nobody has judged yet what they say; your instructor gives 0 to 4."
     )
     with pytest.raises(CheckFailed, match="write your explanation"):
         check("90-4", lambda: " ")

@@ -5,11 +5,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import nbformat
 import pytest
 from IPython.core.interactiveshell import InteractiveShell
 from IPython.utils.capture import capture_output
+from nbformat.v4 import new_code_cell, new_notebook, new_output
 
-from course_lib.notebook import _cells
+from course_lib.notebook import _cells, _shipped
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -39,6 +41,52 @@ def test_a_cell_without_its_data_is_skipped_and_says_the_command(shell):
     )
     assert "x" not in shell.user_ns
     assert "<code>python3 course.py data get tum_pair sun_pair</code>" in result.result._repr_html_()
+
+
+SOURCE = "# real data: tum_pair\nshow(data.load('tum_pair').frames[0])"
+
+
+@pytest.fixture
+def shipped(monkeypatch, tmp_path):
+    """A shipped notebook with a picture of real data, words below it, a number, and an error that belongs there."""
+    monkeypatch.setattr(_shipped, "ROOT", tmp_path)
+    outputs = [
+        new_output("stream", text="frames: 2\n"),
+        new_output(
+            "display_data",
+            {"image/png": "iVBORw0KGgo=", "text/plain": "2 images"},
+            metadata={"image/png": {"width": 70}},
+        ),
+        new_output("display_data", {"text/html": "<details>2 images</details>"}),
+        new_output("execute_result", {"text/plain": "42"}, execution_count=1),
+        new_output("error", ename="ValueError", evalue="too far", traceback=["ValueError: too far"]),
+    ]
+    cells = [new_code_cell("# real data: tum_pair\n1"), new_code_cell(SOURCE, outputs=outputs, execution_count=2)]
+    (tmp_path / "notebooks").mkdir()
+    nbformat.write(new_notebook(cells=cells), tmp_path / "notebooks" / "01_rgbd_images.ipynb")
+
+
+def test_a_cell_without_its_data_shows_what_the_shipped_notebook_has_stored(shell, shipped):
+    with capture_output() as captured:
+        result = shell.run_cell(f"{SOURCE}\n")
+    assert result.success
+    line, picture, words, number = captured.outputs
+    assert line.data["text/plain"] == (
+        "stored: what follows was made where the real data are (tum_pair); "
+        "get it with: python3 course.py data get tum_pair"
+    )
+    assert picture.data == {"image/png": b"\x89PNG\r\n\x1a\n", "text/plain": "2 images"}
+    assert picture.metadata == {"image/png": {"width": 70}}
+    assert words.data == {"text/html": "<details>2 images</details>"} and number.data == {"text/plain": "42"}
+    assert captured.stdout.removeprefix("Out[0]: ") == "frames: 2\nValueError: too far\n"
+
+
+@pytest.mark.parametrize("edited", [SOURCE + "  # mine", "# real data: tum_pair\n1"])
+def test_a_cell_that_was_edited_or_stores_nothing_says_so_alone(shell, shipped, edited):
+    _, captured = run(shell, edited)
+    assert [output.data["text/plain"] for output in captured.outputs] == [
+        "skipped: this cell needs real data (tum_pair); get it with: python3 course.py data get tum_pair"
+    ]
 
 
 def test_only_missing_ones_are_named(shell, monkeypatch):

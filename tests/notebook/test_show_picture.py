@@ -26,7 +26,7 @@ def test_a_figure_becomes_a_palette_png_and_is_closed():
     image = Image.open(io.BytesIO(made.png))
     assert image.format == "PNG" and image.mode == "P" and len(made.png) < 40_000
     assert repr(made) == made.alt == "A parabola up to 4"
-    assert 300 < made.width <= 500 and made.pixels.shape[1] >= 1.8 * made.width
+    assert 300 < made.width <= 500 and made.pixels.shape[1] == pytest.approx(1.6 * made.width, abs=1)
 
 
 def test_a_cell_shows_a_picture_and_below_it_a_folded_line_that_says_it_in_words(monkeypatch):
@@ -40,6 +40,13 @@ def test_a_cell_shows_a_picture_and_below_it_a_folded_line_that_says_it_in_words
     assert about == {"image/png": {"alt": "1 parabola < 4 & up", "width": made.width}}
     assert list(words) == ["text/html"]  # its plain text was said already
     assert words["text/html"].endswith("<summary>In words</summary>1 parabola &lt; 4 &amp; up</details>")
+
+
+def test_a_figure_wider_than_the_notebook_is_drawn_as_large_as_it_is_shown():
+    fig, axes = plt.subplots(figsize=(14, 4), layout="constrained")
+    axes.plot([0, 1, 2], [0, 1, 4])
+    made = picture(fig, alt="A parabola up to 4")
+    assert 680 < made.width <= 700 and made.pixels.shape[1] == pytest.approx(1.6 * made.width, abs=1)
 
 
 def test_the_first_digit_rule():
@@ -118,10 +125,27 @@ def test_margins_are_cut_and_class_colours_stay_exact():
 def test_a_photo_is_made_small_enough():
     rng = np.random.default_rng(0)
     coarse = rng.integers(0, 255, (44, 56, 3)).astype(np.uint8)
-    photo = np.asarray(Image.fromarray(coarse).resize((1400, 1100), Image.Resampling.BICUBIC))
+    photo = np.asarray(Image.fromarray(coarse).resize((1120, 900), Image.Resampling.BICUBIC))
     made = picture_of(photo, "1 photo")
     assert len(made.png) <= MOST_BYTES
     assert made.pixels.shape[1] >= made.width == 700
+
+
+def test_what_is_no_photo_keeps_its_pixels():
+    noise = np.random.default_rng(0).integers(0, 2, (500, 1100, 1), np.uint8)
+    made = picture_of((noise * np.uint8([200, 30, 90])).astype(np.uint8), "2 colours of noise")
+    assert made.pixels.shape[1] == pytest.approx(1.6 * made.width, abs=1)
+
+
+@pytest.mark.parametrize("columns", [1, 2])
+def test_no_picture_of_show_is_taller_than_a_screen(columns):
+    image = np.linspace(0, 255, 400 * 300).reshape(400, 300).astype(np.uint8)
+    tall = show.images({name: image for name in "abcd"}, columns=columns, title="Four")
+    cloud = np.random.default_rng(0).uniform(size=(60, 3)) * [1, 1, 3]
+    clouds = show.panels({name: cloud for name in "abcd"}, columns=columns, view="front", title="Four", color="height")
+    for made in (tall, clouds):
+        height = made.pixels.shape[0] * made.width / made.pixels.shape[1]
+        assert 500 < height <= 640
 
 
 def test_a_picture_can_be_saved(tmp_path):

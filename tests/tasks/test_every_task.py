@@ -13,6 +13,7 @@ from collected import PROBLEMS, TASKS, each_task, loader, reference
 
 from course_lib import tasks
 from course_lib.authoring import solutions, stubs
+from course_lib.notebook import _where
 from course_lib.tasks.core import Task
 from course_lib.tasks.sources import forbidden
 
@@ -68,6 +69,17 @@ def test_lab_and_task_agree(task: Task) -> None:
 
 
 @each_task
+def test_where_to_look_names_a_place_that_is_there(task: Task) -> None:
+    """The card makes a link of it."""
+    places = _where.named(task.where)
+    assert places and places[0][0].startswith(f"lesson {task.lab}"), task.where
+    for words, path, heading in places:
+        assert path is not None and (heading or "," not in words), f"{words}: there is no such part"
+        if said := re.search(rf"{re.escape(words)} \(([^)]+)\)", task.where):
+            assert heading.partition(" ")[2].lower() == said[1] or not heading[0].isdigit(), (heading, said[1])
+
+
+@each_task
 def test_version_points_and_misconceptions(task: Task) -> None:
     assert task.version >= 1
     assert task.points > 0
@@ -88,7 +100,7 @@ def test_reference_passes_in_a_notebook(task: Task, shell: proofs.Shell, monkeyp
     cards = [shell.run(f'check("{task.id}", {task.function})') for _ in range(2)]
     assert cards[0].text == cards[1].text
     assert cards[0]._repr_html_() == cards[1]._repr_html_()
-    assert cards[0].text.startswith("✓")
+    assert cards[0].text.startswith("→" if task.kind == "explain" else "✓")
     assert "object at 0x" not in cards[0].text
 
 

@@ -125,22 +125,28 @@ def test_real_pairs(lesson, name, points, median, dropped):
     assert 100 * (1 - kept / points) == pytest.approx(dropped, abs=0.01)
 
 
-@pytest.mark.parametrize(
-    ("name", "index"), [("tum_pair", 0), ("sun_pair", 0), ("redwood_frames", 0), ("realsense_planes", 1)]
-)
-def test_registered_recordings_agree_best_as_stored(lesson, name, index):
-    frame = load(name).frames[index]
-    curve = {zoom: lesson["agreement"](frame.color, frame.depth, zoom / 10) for zoom in range(8, 21)}
+def agreement_by_zoom(lesson, name: str) -> dict[int, float]:
+    """Mean agreement of a recording's first three frames, by ten times the zoom."""
+    few = load(name).frames[:3]
+    return {
+        zoom: float(np.mean([lesson["agreement"](one.color, one.depth, zoom / 10) for one in few]))
+        for zoom in range(8, 21)
+    }
+
+
+@pytest.mark.parametrize("name", ["tum_pair", "sun_pair", "redwood_frames", "realsense_planes"])
+def test_registered_recordings_agree_best_as_stored(lesson, name):
+    curve = agreement_by_zoom(lesson, name)
     assert max(curve, key=curve.get) == 10
-    assert curve[10] > 0.68
+    assert curve[10] > 0.72
 
 
 def test_the_unregistered_recording_is_found_out(lesson):
-    frame = load("realsense_slam").frames[4]
-    curve = {zoom: lesson["agreement"](frame.color, frame.depth, zoom / 10) for zoom in range(8, 21)}
-    assert curve[10] == pytest.approx(0.52, abs=0.02), "no better than chance, 0.5"
+    curve = agreement_by_zoom(lesson, "realsense_slam")
+    assert curve[10] == pytest.approx(0.54, abs=0.02), "near chance, 0.5"
     assert max(curve, key=curve.get) in (15, 16, 17)
-    assert max(curve.values()) - curve[10] > 0.07
+    assert 0.07 < max(curve.values()) - curve[10], "a zoom helps"
+    assert max(curve.values()) < 0.68, "and brings it nowhere near the others"
 
 
 def test_the_stickers_of_break_it_lie_across_the_image(lesson):
@@ -159,12 +165,15 @@ def test_the_stickers_of_break_it_lie_across_the_image(lesson):
     assert 525 * measured / 1.3 == pytest.approx(c.fx, rel=0.015)
 
 
+WIDER = 404.65 / 300  # by the right focal length over the one that task 4 takes
+
+
 @pytest.mark.parametrize(
     ("cause", "shown"),
     [
         ("cut off at 3 m", lambda now, true: now[4] < true[4]),
-        ("another camera's depth scale", lambda now, true: np.allclose(now[:4], true[:4] / 5)),
-        ("another camera's focal length", lambda now, true: now[1] < true[1] and np.allclose(now[2:], true[2:])),
+        ("another camera's depth scale", lambda now, true: np.allclose(now[:4], 2 * true[:4])),
+        ("another camera's focal length", lambda now, true: np.allclose(now / true, [WIDER, WIDER, 1, 1, 1])),
         ("rows for columns", lambda now, true: now[0] < now[1] and np.allclose(now[2:], true[2:])),
         ("z taken for range", lambda now, true: 0.5 * true[3] < now[3] < true[3] and now[4] == true[4]),
         ("flip left in", lambda now, true: np.allclose(now[:3], true[:3]) and np.isclose(now[3], -true[3])),

@@ -8,7 +8,10 @@ from course_lib.camera.pinhole import PinholeCamera
 from course_lib.notebook import data
 from course_lib.tasks.labs.lab_03_depth_to_points.mistakes import CAUSE_OF
 
-FRAME, ROW = 15, 60
+FRAME = 15  # of task 3
+WHICH_FRAME, WHICH_ROW = 4, 150  # of task 4
+SHORT_F = 300  # pixels, for the 405 of the room's camera
+TOO_LARGE = 2  # 2000 steps a metre read as 1000
 EVERY = 2  # of the pixels of task 3's cloud, so that the file stays small
 
 
@@ -31,8 +34,8 @@ def _clouds(depth: np.ndarray, camera: PinholeCamera) -> dict[str, np.ndarray]:
     right = np.stack([a * z, b * z, z], axis=-1)
     return {
         "right": right,
-        "another camera's focal length": right * [camera.fx / 525, camera.fy / 525, 1],
-        "another camera's depth scale": right / 5,
+        "another camera's focal length": right * [camera.fx / SHORT_F, camera.fy / SHORT_F, 1],
+        "another camera's depth scale": right * TOO_LARGE,
         "z taken for range": right / np.sqrt(1 + a**2 + b**2)[..., None],
         "rows for columns": np.stack([(v - camera.cx) / camera.fx * z, (u - camera.cy) / camera.fy * z, z], axis=-1),
         "cut off at 3 m": np.where(z[..., None] < 3, right, np.nan),
@@ -49,11 +52,10 @@ def _measured(points: np.ndarray) -> list[float]:
 def arrays() -> dict[str, np.ndarray]:
     """Task 3's given cloud; of task 4 one row of pixels and the measures of the right cloud and of A to F."""
     room = data.load("living_room")
-    depth, color = room.truth["depth"][FRAME], room.frames[FRAME].color
-    clouds = _clouds(depth, room.camera)
+    clouds = _clouds(room.truth["depth"][WHICH_FRAME], room.camera)
     shown = [clouds["right"], *(clouds[CAUSE_OF[letter]] for letter in "ABCDEF")]
     return {
-        **_given(depth, color, room.camera),
-        "rows": np.stack([cloud[ROW] for cloud in shown]).astype(np.float32),
+        **_given(room.truth["depth"][FRAME], room.frames[FRAME].color, room.camera),
+        "rows": np.stack([cloud[WHICH_ROW] for cloud in shown]).astype(np.float32),
         "measures": np.array([_measured(cloud) for cloud in shown]),
     }

@@ -1,4 +1,4 @@
-"""Lab 03 as it was: deproject was the lesson's own function, and the things of task 5 leaned either way."""
+"""Lab 03 as it was: task 2 asked for the lesson's deproject, task 4 showed its figure, task 5 leaned anyhow."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ import numpy as np
 from course_lib import tasks
 from course_lib.tasks.core import Case, Misconception, Task
 from course_lib.tasks.judges import judge_array
+from course_lib.tasks.kinds import which_cause
+from course_lib.tasks.labs.lab_03_depth_to_points.mistakes import CAUSES, SIGNS, which_mistakes
 from course_lib.tasks.labs.lab_03_depth_to_points.parts import deproject_anatomy
 from course_lib.tasks.labs.lab_03_depth_to_points.tasks import POINT_TOLERANCE, surface, with_holes
 from course_lib.tasks.plain import Plain
@@ -259,6 +261,24 @@ def estimate_focal(pixels, depths, lengths, cx, cy):
     estimates = np.hypot(X[:, 0] - X[:, 1], Y[:, 0] - Y[:, 1]) / beside
     return np.nanmedian(estimates)
 '''
+_CAUSE_OF = {
+    "A": "z taken for range",
+    "B": "another camera's depth scale",
+    "C": "flip left in",
+    "D": "another camera's focal length",
+    "E": "cut off at 3 m",
+    "F": "rows for columns",
+}
+_WHICH = which_cause(
+    "03-4",
+    "which mistake made this",
+    _CAUSE_OF,
+    "the six clouds above",
+    which_mistakes(_CAUSE_OF),
+    "lesson 03, section 4 (what goes wrong, in millimetres)",
+    causes=CAUSES,
+    signs=SIGNS,
+)
 FORMS = (
     (
         Task(
@@ -278,5 +298,6 @@ FORMS = (
         ),
         _DEPROJECT,
     ),
+    (_WHICH, f"def causes():\n    return {_CAUSE_OF!r}\n"),
     (replace(tasks.get("03-5"), version=1, cases=lambda rng: [_rods(rng)]), _ESTIMATE),
 )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import combinations
+
 from course_lib.tasks.core import Misconception
 from course_lib.tasks.mistakes import left_in, mended
 
@@ -15,6 +17,8 @@ _GIVEN_MISTAKES = {
     ),
     "flip": ("x, -y, -z", "x, y, z", "y and z negated, which belongs to viewers: leave the camera's axes in the data"),
 }
+
+_SOME_LEFT = [left for count in (1, 2) for left in combinations(_GIVEN_MISTAKES, count)]
 
 
 def _wrong_cloud(
@@ -75,7 +79,12 @@ MEND_MISTAKES = (
             _OWN_CODE.replace("raw, np.nan)", "raw / 1000, np.nan)"),
         ),
     ),
-    *left_in(_GIVEN_MISTAKES, _wrong_cloud),
+    *left_in(_GIVEN_MISTAKES, _wrong_cloud, _SOME_LEFT),
+    Misconception(
+        "scale and truncation and flip left in",
+        f"all three mistakes are still in it; begin with {_GIVEN_MISTAKES['scale'][2]}",
+        _wrong_cloud(tuple(_GIVEN_MISTAKES)),
+    ),
     *_HALF_FLIPS,
     Misconception(
         "units multiplied",

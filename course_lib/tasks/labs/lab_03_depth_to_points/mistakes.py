@@ -6,6 +6,8 @@ of task 2, which is the lesson's.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from course_lib.tasks.core import Misconception
 from course_lib.tasks.mistakes import swapped
 
@@ -56,6 +58,18 @@ DEPROJECT_MISTAKES = (
         "a window that begins at the first pixel of the full image: cx and cy are counted in that, so columns "
         "and rows must be, too",
         _wrong_deproject(a="(u - cx) / fx", b="(v - cy) / fy"),
+    ),
+    Misconception(
+        "window left out of the ray's length",
+        "left and top added in x and y but not in the length of the ray: use the same full-image column and row in "
+        "all three",
+        _wrong_deproject(depth="r / np.sqrt(1 + ((u - cx) / fx) ** 2 + ((v - cy) / fy) ** 2)"),
+    ),
+    Misconception(
+        "window left out of x and y",
+        "left and top added in the length of the ray but not in x and y: use the same full-image column and row in "
+        "all three",
+        _wrong_deproject(x="(u - cx) / fx * z", y="(v - cy) / fy * z"),
     ),
     Misconception(
         "window taken away",
@@ -222,6 +236,8 @@ def _with_zeros(mistake: Misconception) -> Misconception:
 _ALSO = (
     "range taken for z",
     "window forgotten",
+    "window left out of the ray's length",
+    "window left out of x and y",
     "window taken away",
     "only z shortened",
     "rows for columns",
@@ -241,12 +257,12 @@ CAUSES = (
     "flip left in",
 )
 CAUSE_OF = {
-    "A": "z taken for range",
-    "B": "another camera's depth scale",
-    "C": "flip left in",
-    "D": "another camera's focal length",
-    "E": "cut off at 3 m",
-    "F": "rows for columns",
+    "A": "rows for columns",
+    "B": "z taken for range",
+    "C": "cut off at 3 m",
+    "D": "another camera's depth scale",
+    "E": "flip left in",
+    "F": "another camera's focal length",
 }
 
 SIGNS = {
@@ -258,27 +274,31 @@ SIGNS = {
     "rows for columns": "z is right; x follows the rows of the image and y its columns",
 }
 
-WHICH_MISTAKES = (
-    Misconception(
-        "focal length for scale",
-        "scale and focal length taken for each other: a wrong scale changes z as well, a wrong focal length never does",
-        swapped(CAUSE_OF, CAUSES[0], CAUSES[1]),
-    ),
-    Misconception(
-        "focal length for range",
-        "focal length and range taken for each other: a wrong focal length keeps walls flat, z taken for "
-        "range bends them",
-        swapped(CAUSE_OF, CAUSES[0], CAUSES[2]),
-    ),
-    Misconception(
-        "flip for rows and columns",
-        "the flip and exchanged rows and columns taken for each other: the flip changes signs only, never the length "
-        "of an axis",
-        swapped(CAUSE_OF, CAUSES[3], CAUSES[5]),
-    ),
-    Misconception(
-        "scale for truncation",
-        "scale and truncation taken for each other: truncation loses points and leaves the others where they were",
-        swapped(CAUSE_OF, CAUSES[1], CAUSES[4]),
-    ),
-)
+
+def which_mistakes(cause_of: Mapping[str, str]) -> tuple[Misconception, ...]:
+    """The pairs that are taken for each other, under the letters of a picture."""
+    return (
+        Misconception(
+            "focal length for scale",
+            "scale and focal length taken for each other: a wrong scale changes z as well, a wrong focal length never "
+            "does",
+            swapped(cause_of, CAUSES[0], CAUSES[1]),
+        ),
+        Misconception(
+            "focal length for range",
+            "focal length and range taken for each other: a wrong focal length keeps walls flat, z taken for "
+            "range bends them",
+            swapped(cause_of, CAUSES[0], CAUSES[2]),
+        ),
+        Misconception(
+            "flip for rows and columns",
+            "the flip and exchanged rows and columns taken for each other: the flip changes signs only, never the "
+            "length of an axis",
+            swapped(cause_of, CAUSES[3], CAUSES[5]),
+        ),
+        Misconception(
+            "scale for truncation",
+            "scale and truncation taken for each other: truncation loses points and leaves the others where they were",
+            swapped(cause_of, CAUSES[1], CAUSES[4]),
+        ),
+    )

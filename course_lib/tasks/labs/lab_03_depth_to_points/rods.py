@@ -52,6 +52,12 @@ def focal_distance(case: Case, a: Plain, b: Plain) -> float:
 
 def judge_focal(case: Case, answer: Plain) -> Verdict:
     what = "the error 1 m beside the axis"
+    if isinstance(answer, float) and np.isnan(answer):
+        message = (
+            "The focal length is NaN. Where length² − Δz² is not positive it has no root: leave those things out "
+            "before you take a middle. If that leaves out every thing, look at the formula and the units."
+        )
+        return refuse(message, _FOCAL_BANDS[0][0], "m")
     number = judge_number(answer, case.truth, 1.0, "px", "the focal length")
     if not np.isfinite(number.error):
         return number

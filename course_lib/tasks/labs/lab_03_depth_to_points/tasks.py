@@ -26,7 +26,7 @@ from course_lib.tasks.labs.lab_03_depth_to_points.mistakes import (
     CAUSES,
     DEPROJECT_MISTAKES,
     SIGNS,
-    WHICH_MISTAKES,
+    which_mistakes,
 )
 from course_lib.tasks.labs.lab_03_depth_to_points.parts import (
     cloud_anatomy,
@@ -105,7 +105,7 @@ def _window_cases(rng: np.random.Generator) -> list[Case]:
     tall = tuple(rng.uniform((55, 48, 30, 44), (60, 52, 34, 48)).tolist())
     walls = np.array([[2.0, 0.0, 4.0]])
     return [
-        _window_case(walls, (4.0, 4.0, 0.0, 0.0), 3, 0, "three pixels; the first is a triangle of 3, 4 and 5"),
+        _window_case(walls, (4.0, 5.0, 0.0, 0.0), 3, 0, "three pixels; the first is a triangle of 3, 4 and 5"),
         _window_case(
             surface(rng, 30, 40, 0.8, 3.5),
             wide,
@@ -228,10 +228,11 @@ TASKS = (
         "which mistake made this",
         CAUSE_OF,
         "the six clouds above",
-        WHICH_MISTAKES,
+        which_mistakes(CAUSE_OF),
         "lesson 03, section 4 (what goes wrong, in millimetres)",
         causes=CAUSES,
         signs=SIGNS,
+        version=2,
     ),
     Task(
         id="03-5",
@@ -252,12 +253,13 @@ TASKS = (
         "03-6",
         "explain the front view",
         (
-            "0: says that the picture, the depth or the camera must be faulty, or repeats that f is wrong.",
-            "1: says that a wrong focal length only stretches x and y, or that the front view shows directions only; "
-            "or names a measurement that exposes it.",
-            "2: both: x and y are stretched alike while z is right, so from the camera's place the picture is only "
-            "magnified; and one known length (or a right angle that is not parallel to the image) exposes it.",
+            "0: says that the picture, the depth or the camera must be faulty, or repeats that the scale is wrong.",
+            "1: says that x, y and z have one factor, so each point stays on its ray and the picture is the same; or "
+            "names lengths that tell a wrong scale from a wrong f.",
+            "2: both: one factor for all three, so the front view cannot show it; and a length in depth and one across "
+            "the image: the scale spoils both alike, a wrong f only the one across.",
         ),
-        "lesson 03, Break it (the front view hides it)",
+        "lesson 03, Break it (the front view hides it) and section 4 (what goes wrong, in millimetres)",
+        version=2,
     ),
 )
