@@ -25,7 +25,7 @@ from course_lib.grading.release.private import keep_private, use_kept
 from course_lib.grading.release.released import released_lab
 from course_lib.grading.run.grade_submission import grader_version, held_by, unreadable_record
 from course_lib.grading.run.limits import Limits, read_limits
-from course_lib.grading.run.pool import good_workers, grade_jobs
+from course_lib.grading.run.pool import Engine, good_workers, grade_jobs
 from course_lib.grading.run.sandbox import NoSandbox, machine
 from course_lib.grading.run.seeds import draw_seed
 from course_lib.grading.safe_text import clean
@@ -36,7 +36,6 @@ EXIT = {"all": 0, "person": 1, "usage": 2, "no sandbox": 3, "infrastructure": 4,
 """Exit codes: all graded; some need a person; usage; no sandbox; infrastructure failures are left; interrupted."""
 
 MOST_LINE = 2_000
-Engine = Callable[[Sequence[dict[str, Any]], Callable[[int, Record], None]], None]
 
 
 @dataclass(frozen=True)
