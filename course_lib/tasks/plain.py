@@ -144,7 +144,7 @@ def _check_dtype(dtype: np.dtype, what: str, fields: int = 0) -> int:
         for name in dtype.names if len(dtype.names) <= MAX_FIELDS else ():
             fields = _check_dtype(dtype[name].base, what, fields + 1)
         if max(fields, len(dtype.names)) > MAX_FIELDS:
-            raise ValueError(f"{what} is an array of records of more than {MAX_FIELDS} fields: far more than this task.")
+            raise ValueError(f"{what} is an array of records of more than {MAX_FIELDS} fields: that is too many.")
         return fields
     if dtype.kind not in _KINDS or dtype.itemsize > 8:
         hint = "are its rows of different lengths?" if dtype.kind == "O" else "use bool, int or float."

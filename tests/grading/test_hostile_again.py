@@ -98,12 +98,15 @@ def test_the_probe_looks_for_the_files_of_this_course(monkeypatch):
 
 
 def test_a_magic_is_taken_out_where_a_statement_begins_and_only_there():
-    cell = """%%time
+    cell = (
+        """%%time
 def f(a, b):
     %time g()
     x = !ls -l \\
   more
-    return """ + "\'\'\'\\n%kept\\n\'\'\'" + """ % (
+    return """
+        + "'''\\n%kept\\n'''"
+        + """ % (
   a
   % b)
 f?
@@ -114,6 +117,7 @@ z = %x
 !it's (
 w = "it's" if a != 3 else b  # don't (
 %end"""
+    )
     lines = cell_source.plain_python(cell).split("\n")
     assert len(lines) == cell.count("\n") + 1 and cell_source.parse("\n".join(lines))[0] is not None
     changed = [i for i, (new, old) in enumerate(zip(lines, cell.split("\n"), strict=True)) if new != old]
@@ -188,13 +192,16 @@ def send_behind(text):
     whole = [b"status", b"<IDS|MSG>", session.sign(parts), *parts]
     get_ipython().kernel.iopub_thread.socket.send_multipart(whole)
 """
-BRACES = BEHIND + """
+BRACES = (
+    BEHIND
+    + """
 text = b'{"execution_state":"busy","x":[' + b"{}," * COUNT + b"{}]}"
 threading.Thread(target=send_behind, args=(text,)).start()
 time.sleep(2)
 def metres(depth_mm):
     return depth_mm / 1000
 """
+)
 
 
 def grown(ask: Callable[[], Any]) -> tuple[Any, float]:
@@ -318,7 +325,9 @@ for way in (lambda: socket.socket(socket.AF_INET), lambda: socket.socketpair()[0
     else:
         raise ValueError("it was allowed")
 """
-FULL = LARGER + """
+FULL = (
+    LARGER
+    + """
 import os, time
 for _ in range(2):
     if os.fork() == 0:
@@ -335,6 +344,7 @@ time.sleep(1)
 def metres(depth_mm):
     return depth_mm / 1000
 """
+)
 
 
 def test_what_sockets_hold_is_counted(monkeypatch):

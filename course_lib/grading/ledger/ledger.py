@@ -156,7 +156,8 @@ class Ledger:
         """
         who = entry.student or entry.named
         earlier = self.db.execute(
-            "SELECT COUNT(*) FROM entries WHERE lab = ? AND id < ? AND ? IN (student, named)", (entry.lab, entry.id, who)
+            "SELECT COUNT(*) FROM entries WHERE lab = ? AND id < ? AND ? IN (student, named)",
+            (entry.lab, entry.id, who),
         ).fetchone()[0]
         words = [who] * run.per_student + [f"after {earlier}"] * (earlier > 0)
         if not words:

@@ -54,7 +54,7 @@ def grade_on_cluster(
         If distributed is missing, the address is open to anybody, nobody answers there, or versions differ.
     """
     try:
-        from distributed import Client, Security, as_completed
+        from distributed import Client, Security
     except ImportError:
         raise CourseError("grading on a cluster needs Dask: install the extra `dask` (uv sync --extra dask).") from None
     if not address.startswith(("tls://", "inproc://")):
@@ -69,6 +69,8 @@ def grade_on_cluster(
 
 
 def _grade_some(client: Any, jobs: Sequence[dict[str, Any]], on_record: Callable[[int, Record], None]) -> None:
+    from distributed import as_completed
+
     tries = dict.fromkeys(range(len(jobs)), 1)
     places = {_submit(client, job): place for place, job in enumerate(jobs)}
     waiting = as_completed(list(places), loop=client.loop)

@@ -1,4 +1,4 @@
-"""Reading what anybody wrote, in a process of its own: whatever it does to its reader, it gets no more than its share."""
+"""Reading what anybody wrote, in a process of its own, which gets no more than its share of time and memory."""
 
 from __future__ import annotations
 

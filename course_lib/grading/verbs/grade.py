@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import sys
 import time
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -60,7 +59,7 @@ class Settings:
 @click.argument("folder", type=click.Path(exists=True, path_type=Path))
 @click.option("--lab", metavar="NAME", help="Grade everything as this lab, instead of finding out.")
 @click.option("--student", metavar="ID", help="Grade only this student's submissions.")
-@click.option("--seed", type=click.IntRange(0, 2**62), help="Decides the inputs, with a secret of the ledger; else random.")
+@click.option("--seed", type=click.IntRange(0, 2**62), help="Decides the inputs, with a secret of the ledger.")
 @click.option("--seed-per-student", is_flag=True, help="Each student gets inputs of their own, derived from the seed.")
 @click.option("--workers", type=click.IntRange(1), help="Submissions at once; without it, as cores and memory allow.")
 @click.option("--dask", "dask", metavar="ADDRESS", help="Grade on an existing Dask cluster (tls://…).")
