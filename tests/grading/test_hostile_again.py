@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import os
+import shutil
 import socket
+import subprocess
+import sys
 import tempfile
 import threading
 import time
@@ -16,10 +20,15 @@ import numpy as np
 import psutil
 import pytest
 from grading_helpers import graded, need_sandbox, submission, task
-from test_hostile_found import weaken
+from test_hostile_found import weaken, wire
 
 from course_lib import tasks
-from course_lib.grading.run import counting, grade_submission, kernel, sandbox, watchdog
+from course_lib.grading.intake.intake import IntakeLimits
+from course_lib.grading.intake.untrusted_notebook import Unreadable, notebook_of
+from course_lib.grading.release import cell_source
+from course_lib.grading.run import counting, grade_submission, kernel, pool, sandbox, watchdog
+from course_lib.grading.run.limits import read_limits
+from course_lib.grading.run.reading import read_apart
 from course_lib.grading.run.sandbox import NoSandbox, probe_sandbox
 
 pytestmark = pytest.mark.slow
@@ -85,6 +94,93 @@ def test_the_probe_looks_for_the_files_of_this_course(monkeypatch):
     assert f"{sandbox.ROOT}/course.py" in sandbox._look(held, [sandbox.ROOT])
 
 
+# What is read before anything is run
+
+
+def test_a_magic_is_taken_out_where_a_statement_begins_and_only_there():
+    cell = (
+        """%%time
+def f(a, b):
+    %time g()
+    x = !ls -l \\
+  more
+    return """
+        + "'''\\n%kept\\n'''"
+        + """ % (
+  a
+  % b)
+f?
+?f
+np.sum??
+y = '%d' % 3
+z = %x
+!it's (
+w = "it's" if a != 3 else b  # don't (
+%end"""
+    )
+    lines = cell_source.plain_python(cell).split("\n")
+    assert len(lines) == cell.count("\n") + 1 and cell_source.parse("\n".join(lines))[0] is not None
+    changed = [i for i, (new, old) in enumerate(zip(lines, cell.split("\n"), strict=True)) if new != old]
+    assert [cell.split("\n")[i][:12].split("(")[0].strip() for i in changed] == [
+        *("%%time", "%time g", "x = !ls", "more", "f?", "?f", "np.sum??", "z = %x", "!it's", "%end")
+    ]
+
+
+def reading(read: Callable[[], Any]) -> str:
+    """Why something is not read, within a second and 200 MB."""
+    with pytest.raises(Unreadable) as caught:
+        read_apart(read, 1.0, 200.0)
+    return caught.value.code
+
+
+def test_who_reads_has_limits_of_time_and_memory():
+    assert read_apart(lambda: {"a": [1, "\ud83d"]}, 1.0, 200.0) == {"a": [1, "\ud83d"]}
+
+    def for_ever() -> None:
+        while True:
+            pass
+
+    assert reading(for_ever) == "too much to read"
+    assert reading(lambda: bytearray(300_000_000)) == "too much to read"
+    assert reading(lambda: os.kill(os.getpid(), 9)) == "too much to read"
+    with pytest.raises(RuntimeError, match="ZeroDivisionError"):  # our own fault is no notebook's
+        read_apart(lambda: 1 / 0, 1.0, 200.0)
+
+
+def test_a_notebook_that_takes_too_long_to_read_waits_for_a_person(monkeypatch):
+    slow = lambda nb, lab: time.sleep(100)  # noqa: E731
+    monkeypatch.setattr(grade_submission, "rebuild", slow)
+    record = graded("00", submission("00"), read_seconds=0.5, sandbox="none")
+    assert record["status"] == "unreadable" and "read_seconds = 0.5" in record["reason"]
+
+
+def test_braces_of_a_file_do_not_fill_the_memory():
+    data = b'{"cells": [' + b"{}," * 600_000 + b'{"cell_type": "code", "source": "x = 1"}]}'
+    with pytest.raises(Unreadable) as caught:
+        notebook_of(data, IntakeLimits(cells=10**6))
+    assert caught.value.code == "too many things"
+    quoted = data.replace(b"{}", b'"{"')  # in texts, braces are letters
+    assert notebook_of(quoted, IntakeLimits(cells=10**6))
+
+
+@pytest.mark.parametrize("count", [64, 65])
+def test_records_have_at_most_64_fields(count):
+    value = np.zeros(2, [(f"f{i}", "f4") for i in range(count)])
+    inner = np.zeros(2, [("a", [(f"f{i}", "f4") for i in range(count - 1)])])
+    if count == 64:
+        assert tasks.from_wire(tasks.to_wire(value)).dtype == value.dtype
+        assert tasks.plain(inner).dtype == inner.dtype
+        return
+    for one in (value, inner):
+        with pytest.raises(ValueError, match="more than 64 fields"):
+            tasks.plain(one)
+    monkey = json.dumps({"names": [f"f{i}" for i in range(count)], "formats": ["f4"] * count})
+    for dtype in (monkey, '"' + "f4," * 300 + 'f4"'):
+        tree = f'{{"array":0,"dtype":{dtype},"shape":[0]}}'.encode()
+        with pytest.raises(ValueError, match="more than 64 fields"):
+            tasks.from_wire(wire(tree, b""))
+
+
 # What comes from the kernel, and what it is asked through
 
 BEHIND = """
@@ -96,13 +192,16 @@ def send_behind(text):
     whole = [b"status", b"<IDS|MSG>", session.sign(parts), *parts]
     get_ipython().kernel.iopub_thread.socket.send_multipart(whole)
 """
-BRACES = BEHIND + """
+BRACES = (
+    BEHIND
+    + """
 text = b'{"execution_state":"busy","x":[' + b"{}," * COUNT + b"{}]}"
 threading.Thread(target=send_behind, args=(text,)).start()
 time.sleep(2)
 def metres(depth_mm):
     return depth_mm / 1000
 """
+)
 
 
 def grown(ask: Callable[[], Any]) -> tuple[Any, float]:
@@ -226,7 +325,9 @@ for way in (lambda: socket.socket(socket.AF_INET), lambda: socket.socketpair()[0
     else:
         raise ValueError("it was allowed")
 """
-FULL = LARGER + """
+FULL = (
+    LARGER
+    + """
 import os, time
 for _ in range(2):
     if os.fork() == 0:
@@ -243,6 +344,7 @@ time.sleep(1)
 def metres(depth_mm):
     return depth_mm / 1000
 """
+)
 
 
 def test_what_sockets_hold_is_counted(monkeypatch):
@@ -267,3 +369,98 @@ def metres(depth_mm):
     raised = code.replace("return", 'raise ValueError("\\ud83d") #')
     assert "\\ud83d" in task(graded("00", submission("00", {1: raised})), 1)["error"]
     assert tasks.run(lambda: print("\ud83d"), tasks.Case({})).printed == "\\ud83d\n"
+
+
+# Time that somebody else takes
+
+
+BUSY = """
+tools = [__import__("time")]
+def metres(depth_mm):
+    end = tools[0].process_time() + 0.6
+    while tools[0].process_time() < end:
+        pass
+    return depth_mm / 1000
+"""
+SHARE = 4
+"""So many processes beside it take the processor."""
+
+
+def test_time_is_that_of_the_processor(monkeypatch):
+    """A slow and right answer beside others who compute: by the clock it takes several times as long."""
+    need_sandbox()
+    monkeypatch.setattr(counting, "PATIENCE", 100)
+    loop = "import time\nend = time.monotonic() + 60\nwhile time.monotonic() < end: pass"
+    cores = len(os.sched_getaffinity(0))
+    beside = [subprocess.Popen([sys.executable, "-c", loop], start_new_session=True) for _ in range(SHARE * cores)]
+    cases = len(grade_submission.fresh_cases(tasks.get("00-1"), 5))
+    limits = {"task_seconds": 0.6 * cases * 1.5, "start_seconds": 60.0, "cell_seconds": 20.0}
+    try:
+        one = task(graded("00", submission("00", {1: BUSY}), **limits), 1)
+        assert one["points"] == 1, one
+        monkeypatch.setattr(kernel, "spent", lambda since, now: now.clock - since.clock)
+        one = task(graded("00", submission("00", {1: BUSY}), **limits), 1)
+        assert one["reason"] == "timeout", one  # the control
+    finally:
+        for process in beside:
+            process.kill()
+            process.wait()
+
+
+def test_waiting_is_not_for_ever():
+    need_sandbox()
+    source = "tools = [__import__('time')]\ndef metres(depth_mm):\n    tools[0].sleep(100)\n"
+    began = time.monotonic()
+    one = task(graded("00", submission("00", {1: source}), task_seconds=1.0), 1)
+    assert one["reason"] == "timeout" and time.monotonic() - began < 20, one
+
+
+def test_who_runs_out_of_time_beside_others_is_graded_once_more_alone():
+    calls: list[int] = []
+
+    def beside(jobs: list[dict], on_record: Callable[[int, Any], None]) -> None:
+        calls.append(len(jobs))
+        for place, one in enumerate(jobs):
+            late = one["late"] > 0 if len(jobs) > 1 else one["late"] > 1
+            on_record(place, {"of": one["of"], "tasks": [{"reason": "timeout" if late else ""}]})
+
+    told: dict[int, Any] = {}
+    pool.repeat_late(beside, [{"of": i, "late": i % 3} for i in range(4)], told.__setitem__)
+    assert calls == [4, 1, 1] and {i: told[i]["of"] for i in range(4)} == dict(enumerate(range(4)))
+    assert [told[i]["tasks"][0]["reason"] for i in range(4)] == ["", "", "timeout", ""]
+
+
+# Where Linux counts by itself
+
+
+def test_a_control_group_is_told_its_limits_and_tells_what_is_used(tmp_path):
+    """Of the files that Linux would make there: this machine may have none that counts."""
+    for name in ("memory.max", "pids.max", "memory.oom.group"):
+        (tmp_path / name).touch()
+    told = {"memory.events": "low 0\noom_kill 0\n", "cpu.stat": "usage_usec 2500000\nuser_usec 1\n"}
+    for name, text in {**told, "pids.current": "7\n", "memory.current": "123456\n", "cgroup.procs": ""}.items():
+        (tmp_path / name).write_text(text)
+    group = counting.Group(tmp_path, read_limits())
+    assert (tmp_path / "memory.max").read_text() == "2000000000" and (tmp_path / "pids.max").read_text() == "200"
+    assert group.used() == counting.Used(memory=123456, threads=7, processor=2.5) and not group.killed()
+    (tmp_path / "memory.events").write_text("oom_kill 1\n")
+    assert group.killed()
+    done = subprocess.run(group.entered(["/bin/echo", "a b"]), capture_output=True, text=True, check=True)
+    assert done.stdout == "a b\n" and (tmp_path / "cgroup.procs").read_text() == "0\n"
+
+
+@pytest.mark.parametrize(("known", "used"), [("cpu memory pids", True), ("hugetlb", False), ("", False)])
+def test_a_control_group_is_used_only_where_it_counts(tmp_path, monkeypatch, known, used):
+    (tmp_path / "cgroup.procs").touch()
+    made: list[Path] = []
+    mkdir = Path.mkdir
+
+    def as_linux_does(path: Path, *given: Any, **named: Any) -> None:
+        mkdir(path, *given, **named)
+        made.append(path)
+        (path / "cgroup.controllers").write_text(known)
+
+    monkeypatch.setattr(Path, "mkdir", as_linux_does)
+    monkeypatch.setattr(Path, "rmdir", shutil.rmtree)
+    assert counting._counts(tmp_path) is used
+    assert len(made) == 1 and not made[0].exists()

@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import ast
 import re
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field
+from typing import Any
 
 from nbformat import NotebookNode
 
@@ -21,7 +23,7 @@ from course_lib.grading.release.cell_source import bound, imported, normal, pars
 from .released import ReleasedLab, Slot
 from .text_answers import heading_of, place_in_text
 
-__all__ = ["Answer", "Piece", "Rebuilt", "older_release", "rebuild"]
+__all__ = ["Answer", "Piece", "Rebuilt", "older_release", "packed", "rebuild", "unpacked"]
 
 MOST_PIECES = 60
 """So many statements of an answer are run one by one; the rest together."""
@@ -80,6 +82,20 @@ class _Cell:
         if self.tree is None:
             return re.search(rf"^(async\s+)?def\s+{name}\b|^{name}\s*=", self.source, re.M) is not None
         return any(name in bound(statement) for statement in self.tree.body)
+
+
+def packed(rebuilt: Rebuilt) -> dict[str, Any]:
+    """It as plain data, for another process; `unpacked` gives it back."""
+    answers = [[a.state, a.source, a.trouble, [astuple(piece) for piece in a.pieces]] for a in rebuilt.answers]
+    return {"given": [astuple(p) for p in rebuilt.given], "answers": answers, "notices": rebuilt.notices}
+
+
+def unpacked(told: dict[str, Any], lab: ReleasedLab) -> Rebuilt:
+    answers = [
+        Answer(slot, state, source, trouble, [Piece(*piece) for piece in pieces])
+        for slot, (state, source, trouble, pieces) in zip(lab.slots, told["answers"], strict=True)
+    ]
+    return Rebuilt([Piece(*piece) for piece in told["given"]], answers, told["notices"])
 
 
 def rebuild(nb: NotebookNode, lab: ReleasedLab) -> Rebuilt:
@@ -263,7 +279,7 @@ def _frame_notices(cells: Iterable[_Cell], lab: ReleasedLab) -> list[Notice]:
     sources = {cell.id: cell.source for cell in cells}
     gone = [name for name in lab.cells if name not in ids]
     changed = [n for n in lab.cells if n in sources and n not in slots and sources[n].strip() != lab.cells[n].strip()]
-    doubled = sorted({name for name in ids if name and ids.count(name) > 1})
+    doubled = [name for name, count in Counter(ids).items() if name and count > 1]
     order = [name for name in dict.fromkeys(ids) if name in lab.cells]
     for code, what, names in (
         (

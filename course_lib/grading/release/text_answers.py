@@ -12,6 +12,9 @@ from .released import ReleasedLab, Slot
 
 __all__ = ["heading_of", "place_in_text"]
 
+MOST_HEADING = 300
+"""A longer line is no heading."""
+
 
 def place_in_text(slot: Slot, nb: NotebookNode, lab: ReleasedLab) -> int | None:
     """The place of a text cell that holds the answer of a task; None where there is none.
@@ -35,5 +38,7 @@ def place_in_text(slot: Slot, nb: NotebookNode, lab: ReleasedLab) -> int | None:
 
 def heading_of(cell: NotebookNode, above: int) -> int:
     """The number of the task whose heading stands in or above a cell."""
-    seen = task_heading(cell.source) if cell.cell_type == "markdown" else None
+    if cell.cell_type != "markdown":
+        return above
+    seen = task_heading("\n".join(line for line in cell.source.split("\n") if len(line) < MOST_HEADING))
     return seen.number if seen else above

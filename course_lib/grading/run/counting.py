@@ -54,7 +54,7 @@ class Used:
 
 
 def used_by(family: Iterable[psutil.Process]) -> Used:
-    """Count a family: what its processes hold in memory and may hold in sockets; ended children that were waited for."""
+    """Count a family: what its processes hold in memory and may hold in sockets, and what their children have used."""
     used = Used()
     for one in family:
         with contextlib.suppress(psutil.NoSuchProcess, psutil.AccessDenied, ProcessLookupError, FileNotFoundError):

@@ -18,7 +18,7 @@ from course_lib import tasks
 from course_lib.authoring.tree import CourseError
 from course_lib.grading.intake.intake import IntakeLimits, Unreadable, notebook_of
 from course_lib.grading.records import FORMAT, Notice, Record, TaskRecord
-from course_lib.grading.release.rebuild import Answer, Rebuilt, older_release, rebuild
+from course_lib.grading.release.rebuild import Answer, Rebuilt, older_release, packed, rebuild, unpacked
 from course_lib.grading.release.released import ReleasedLab, released_lab
 from course_lib.grading.run.grader_version import grader_version
 from course_lib.tasks.judging import UNSTEADY, Result
@@ -28,6 +28,7 @@ from course_lib.tasks.sources import forbidden_in_text
 from .causes import with_causes
 from .kernel_imports import SILENT, Room, build_room, rooms_of
 from .limits import Limits
+from .reading import read_apart
 from .sandbox import Held, NoSandbox, machine, probe_sandbox
 
 if TYPE_CHECKING:
@@ -170,15 +171,14 @@ def _grade(job: Job, record: Record, prepared: Prepared, held: Held, limits: Lim
 
     lab = prepared.lab
     try:
-        nb = notebook_of(base64.b64decode(job["notebook"]), IntakeLimits())
+        told = read_apart(lambda: _read(job, lab), limits.read_seconds, limits.read_mb)
     except Unreadable as error:
         record.update(unreadable_record(job, error.code, error.sentence) | {"isolation": record["isolation"]})
         return
-    if older := older_release(nb, lab):
-        _failed(record, "older release", older)
+    if told["older"]:
+        _failed(record, "older release", told["older"])
         return
-    rebuilt = rebuild(nb, lab)
-    refused = {answer.slot.task.id: _refusal(answer, lab) for answer in rebuilt.answers if answer.state == "found"}
+    rebuilt, refused = unpacked(told["rebuilt"], lab), told["refused"]
     cases = {slot.task.id: fresh_cases(slot.task, job["seed"]) for slot in lab.slots}
     done: dict[str, Run] = {}
     left = limits.total_seconds
@@ -201,6 +201,16 @@ def _grade(job: Job, record: Record, prepared: Prepared, held: Held, limits: Lim
         if task["points"] < task["max"]:
             task["error"] = with_causes(task, done[task["id"]].raised.get(task["id"], ""), limits)
     record["points"] = round(sum(task["points"] for task in record["tasks"]), 2)
+
+
+def _read(job: Job, lab: ReleasedLab) -> dict[str, Any]:
+    """What a notebook hands in, rebuilt, and why which answers are not taken; plain data, for another process."""
+    nb = notebook_of(base64.b64decode(job["notebook"]), IntakeLimits())
+    if older := older_release(nb, lab):
+        return {"older": older}
+    rebuilt = rebuild(nb, lab)
+    refused = {answer.slot.task.id: _refusal(answer, lab) for answer in rebuilt.answers if answer.state == "found"}
+    return {"older": "", "rebuilt": packed(rebuilt), "refused": refused}
 
 
 def fresh_cases(task: tasks.Task, seed: int) -> tuple[tasks.Case, ...]:

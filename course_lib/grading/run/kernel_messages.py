@@ -1,4 +1,4 @@
-"""What a kernel sends may be anything: it is weighed before it is read, and of what is read only what is needed is kept."""
+"""What a kernel sends may be anything: it is weighed before it is read, and only what is needed is kept."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def is_answer(message: dict[str, Any]) -> bool:
 
 
 def needed(message: dict[str, Any]) -> dict[str, Any] | None:
-    """Of a message that cells and probes are told by, what they read; None for all others: what is shown is counted only.
+    """Of a message by which cells and probes are told, what they read; None for others: what is shown only counts.
 
     nbval would search what a cell prints with regular expressions, which takes hours of a text that is made for it.
     """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,10 +16,10 @@ from course_lib.grading.release.released import released_lab
 from course_lib.grading.run.grade_submission import grader_version
 from course_lib.grading.run.sandbox import machine
 
-__all__ = ["Change", "Engine", "apply", "changes", "job_of", "outdated", "rerun"]
+from .pool import Engine
 
-Engine = Callable[[Sequence[dict[str, Any]], Callable[[int, Record], None]], None]
-"""What grades jobs, and gives back the place and the record of each."""
+__all__ = ["Change", "apply", "changes", "job_of", "outdated", "rerun"]
+
 Outdated = tuple[Run, Entry, Record]
 """The run to grade in, the submission, and the record that it has."""
 

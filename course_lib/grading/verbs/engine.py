@@ -11,8 +11,7 @@ import click
 
 from course_lib.grading.run.grade_submission import held_by
 from course_lib.grading.run.limits import Limits, read_limits
-from course_lib.grading.run.pool import good_workers, grade_jobs
-from course_lib.grading.run.regrade import Engine
+from course_lib.grading.run.pool import Engine, good_workers, grade_jobs
 from course_lib.grading.run.sandbox import NoSandbox
 
 __all__ = ["EXIT", "chosen_engine", "engine_options"]

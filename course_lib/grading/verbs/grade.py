@@ -26,7 +26,8 @@ from course_lib.grading.release.private import keep_private, use_kept
 from course_lib.grading.release.released import released_lab
 from course_lib.grading.run.grade_submission import grader_version, held_by, unreadable_record
 from course_lib.grading.run.limits import Limits, read_limits
-from course_lib.grading.run.regrade import Engine, job_of, outdated
+from course_lib.grading.run.pool import Engine
+from course_lib.grading.run.regrade import job_of, outdated
 from course_lib.grading.run.sandbox import machine
 from course_lib.grading.run.seeds import draw_seed
 from course_lib.grading.safe_text import clean, shown
@@ -60,9 +61,7 @@ class Settings:
 @click.argument("folder", type=click.Path(exists=True, path_type=Path))
 @click.option("--lab", metavar="NAME", help="Grade everything as this lab, instead of finding out.")
 @click.option("--student", metavar="ID", help="Grade only this student's submissions.")
-@click.option(
-    "--seed", type=click.IntRange(0, 2**62), help="Decides the inputs, with a secret of the ledger; else random."
-)
+@click.option("--seed", type=click.IntRange(0, 2**62), help="Decides the inputs, with a secret of the ledger.")
 @click.option("--seed-per-student", is_flag=True, help="Each student gets inputs of their own, derived from the seed.")
 @engine_options
 @click.option("--roster", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="CSV: id,name,group.")
