@@ -29,6 +29,9 @@ HAZARDS: dict[str, dict[str, Callable[[Given], bool]]] = {
     "02-2": {
         "bytes between points": lambda g: g["point_step"] > 12,
         "bytes at the end of a row": lambda g: g["row_step"] > g["width"] * g["point_step"],
+        "as many of them as a point has": lambda g: g["row_step"] >= (g["width"] + 1) * g["point_step"],
+        "a field at no multiple of 4": lambda g: any(at % 4 for at in g["offsets"]),
+        "a point of no multiple of 4 bytes": lambda g: g["point_step"] % 4 != 0,
         "the larger byte first": lambda g: g["big_endian"],
         "points not measured": lambda g: any(
             np.isnan(g["data"][i : i + 4].view("<f4"))[0]
