@@ -147,8 +147,7 @@ def older_release(nb: NotebookNode, lab: ReleasedLab) -> str:
 
 
 def _cells(nb: NotebookNode) -> list[_Cell]:
-    found = []
-    heading = 0
+    found, heading = [], 0
     for place, cell in enumerate(nb.cells):
         heading = heading_of(cell, heading)
         if cell.cell_type == "code":
@@ -177,12 +176,8 @@ def _choose(
             chosen = (whole or group)[-1]
             break
     if len(worked) > 1 and chosen is not None:
-        _say(
-            notices,
-            "several",
-            slot,
-            f"{name} is written in {len(worked)} cells; the one that counts is cell {chosen.place + 1}.",
-        )
+        text = f"{name} is written in {len(worked)} cells; the one that counts is cell {chosen.place + 1}."
+        _say(notices, "several", slot, text)
     if chosen is None and (place := place_in_text(slot, nb, lab)) is not None:
         text = f"the answer stands in cell {place + 1}, which is a text cell and is not run: a person looks at it."
         _say(notices, "text cell", slot, text)
