@@ -17,7 +17,7 @@ FILE = "cases.npz"
 
 
 def public_cases(task: Task, load: Callable[..., Any] | None) -> tuple[tuple[Case, ...], bool]:
-    """The public cases of a task, drawn or, in a release, kept; and whether they are kept: then no real one is there."""
+    """The public cases of a task, drawn or, in a release, kept; and whether they are kept: then without real ones."""
     kept = _kept(task.id) if task.lab in registry.lab_numbers() else None
     if kept is None:
         return task.public(load), False
