@@ -34,7 +34,8 @@ class Case:
     ----------
     given : argument name to plain value; the function is called `function(*given.values())` with copies.
     hidden : for the judge alone. By convention `hidden["truth"]` is the true answer in the form of an answer: then
-        misconceptions are recognised with no more work (see `Task.distance`).
+        misconceptions are recognised with no more work (see `Task.distance`). Where many answers are right,
+        `hidden["form"]` may hold something of their form.
     name : what is special about it, for the card: "a depth image with holes".
     """
 
@@ -142,6 +143,7 @@ class Task:
     guess : for open tasks: `guess(rng)` returns a function with random settings, which must earn less than half.
     rubric : for explain tasks: what earns 0, 1 and 2.
     repeats : whether the lesson's own code answers it; of a lab at most two tasks, worth a quarter of its points.
+    keeps_inputs : whether an answer that changes what it was given fails, right as it may be.
     """
 
     id: str
@@ -163,6 +165,7 @@ class Task:
     guess: Callable[[np.random.Generator], Callable[..., Any]] | None = None
     rubric: tuple[str, ...] = ()
     repeats: bool = False
+    keeps_inputs: bool = False
 
     def __post_init__(self) -> None:
         if not re.fullmatch(r"\d\d-\d+", self.id):

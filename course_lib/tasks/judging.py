@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from course_lib.tasks.core import Case, Misconception, Task, Verdict, lowest
@@ -71,9 +71,12 @@ class Result:
     @property
     def looks_like(self) -> str:
         """The second help: "This looks like …", or what the errors have in common; "" where there is nothing to say."""
-        if self.diagnosis is not None:
-            return f"{self.diagnosis.says} {UNKNOWN}" if self.diagnosis.kind == "anatomy" else self.diagnosis.says
-        return ""
+        if self.diagnosis is None or not self.diagnosis.says:
+            return ""
+        found = self.diagnosis
+        of_one = found.kind in ("form", "anatomy") and not found.names[0].startswith("only in ")
+        says = f"In another case: {found.says}" if of_one and self.status == "raised" else found.says
+        return f"{says} {UNKNOWN}" if found.kind == "anatomy" else says
 
     @property
     def where(self) -> str:
@@ -114,15 +117,17 @@ def judge_all(
     """
     if len(outcomes) != len(cases) or not cases:
         raise ValueError(f"task {task.id}: {len(outcomes)} outcomes for {len(cases)} cases; one for each is needed.")
-    verdicts = tuple(_verdict(task, case, outcome) for case, outcome in zip(cases, outcomes, strict=True))
+    judged = tuple(_verdict(task, case, outcome) for case, outcome in zip(cases, outcomes, strict=True))
+    verdicts = tuple(_kept(task, outcome, verdict) for outcome, verdict in zip(outcomes, judged, strict=True))
     score = min(verdict.score for verdict in verdicts)
     passed = score >= 0.5 if task.kind == "open" else all(verdict.passed for verdict in verdicts)
-    worst = _worst(task, outcomes, verdicts, passed)
+    answers_are_right = all(verdict.passed for verdict in judged)
+    worst = _worst(task, outcomes, verdicts if answers_are_right else judged, passed)
     status = "by hand" if task.kind == "explain" else "passed"
     if not passed:
         status = outcomes[worst].kind if outcomes[worst].kind in ("not started", "raised") else "failed"
     silent = status in ("passed", "by hand", "not started")
-    diagnosis = None if silent else diagnose(task, cases, outcomes, verdicts, reference)
+    diagnosis = None if silent else diagnose(task, cases, outcomes, judged, reference)
     case = cases[worst]
     told = given_text(case.given) + (f" ({case.name})" if case.name else "")
     unsteady = any(outcome.unsteady for outcome in outcomes)
@@ -133,6 +138,19 @@ def _verdict(task: Task, case: Case, outcome: Outcome) -> Verdict:
     if outcome.kind == "answer":
         return task.judge(case, outcome.answer)
     return Verdict(False, math.inf, message=outcome.trouble)
+
+
+def _kept(task: Task, outcome: Outcome, verdict: Verdict) -> Verdict:
+    """The verdict, failed where a right answer changed what it was given and the task does not allow it."""
+    changed = [name for name in outcome.overwrote if name in task.arguments]
+    if not (task.keeps_inputs and changed and verdict.passed):
+        return verdict
+    name = changed[0]
+    message = (
+        f"It changes `{name}`, which whoever called it still needs: work on a copy (p = {name} - t makes one, "
+        f"{name} -= t does not)."
+    )
+    return replace(verdict, passed=False, error=math.inf, message=message, score=0.0)
 
 
 def _worst(task: Task, outcomes: Sequence[Outcome], verdicts: Sequence[Verdict], passed: bool) -> int:

@@ -171,7 +171,7 @@ def describe(value: Plain) -> str:
     if isinstance(value, dict):
         return f"a dict with {_count(len(value), 'entry', 'entries')}"
     if isinstance(value, (list, tuple)):
-        return f"a list of {len(value)}"
+        return f"{_count(len(value), 'thing', 'things')} in a tuple or list"  # a tuple crosses as a list
     return _a(value)
 
 

@@ -101,10 +101,12 @@ def transposed(got: tuple[int, ...], expected: tuple[int, ...]) -> str:
     """How a sentence on a wrong shape ends: with the likely reason, if there is one."""
     if len(got) == len(expected) > 1 and got == expected[::-1]:
         return ": transpose?"
+    if len(got) == len(expected) and sorted(got) == sorted(expected):
+        return ": are its axes in another order?"
     if math.prod(got) == math.prod(expected):
-        return ": reshape?"
+        return ": as many numbers in another form."
     if len(got) == len(expected) and got[1:] == expected[1:]:
-        return f": {abs(got[0] - expected[0]):,} rows too {'many' if got[0] > expected[0] else 'few'}."
+        return f": {quantity(abs(got[0] - expected[0]), 'rows')} too {'many' if got[0] > expected[0] else 'few'}."
     return "."
 
 

@@ -163,9 +163,9 @@ show(pointcloud.from_frame(real), views=["camera", "side"],
 # | [02 Point clouds](02_point_clouds.ipynb) | [lab](../exercises/02_point_clouds.ipynb) | 58 + 48 | read, pack, move and place clouds, up to PointCloud2 messages |
 # | [03 From depth to points](03_depth_to_points.ipynb) | [lab](../exercises/03_depth_to_points.ipynb) | 55 + 50 | lift a depth image into space, and find what goes wrong on the way |
 # | [04 Downsampling, normals, features](04_downsampling.ipynb) | [lab](../exercises/04_downsampling.ipynb) | 58 + 47 | make a cloud a hundred times smaller and price it in millimetres; normals with the right sign |
-# | [05 Outliers](05_outliers.ipynb) | [lab](../exercises/05_outliers.ipynb) | 63 + 45 | clean a cloud, and say by kind of outlier what each filter finds and what it costs |
-# | [06 Planes](06_planes.ipynb) | [lab](../exercises/06_planes.ipynb) | 56 + 55 | find planes, take the floor away, and pick text out of a cloud, with precision and recall |
-# | [07 ICP](07_icp.ipynb) | [lab](../exercises/07_icp.ipynb) | 64 + 59 | lay one cloud on another, and tell a good fit from a number that looks like one |
+# | [05 Outliers](05_outliers.ipynb) | [lab](../exercises/05_outliers.ipynb) | 55 + 54 | clean a cloud, and say by kind of outlier what each filter finds and what it costs |
+# | [06 Planes](06_planes.ipynb) | [lab](../exercises/06_planes.ipynb) | 58 + 56 | find planes, take the floor away, and pick text out of a cloud, with precision and recall |
+# | [07 ICP](07_icp.ipynb) | [lab](../exercises/07_icp.ipynb) | 60 + 59 | lay one cloud on another, and tell a good fit from a number that looks like one |
 # | 08 Meshes | | | turn points into surfaces |
 # | 09 Alpha shapes | | | find the outline of a cloud |
 # | 10 RGB-D odometry | | | follow a camera, and say how far it has drifted |

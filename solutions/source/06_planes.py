@@ -13,11 +13,11 @@
 # %% [markdown]
 # # Lab 06 Planes, and what stands out from them
 #
-# Six tasks, about 55 minutes. Each starts from given inputs, so a task that you leave open blocks nothing. Write your code
+# Six tasks, about 56 minutes. Each starts from given inputs, so a task that you leave open blocks nothing. Write your code
 # where it says `raise NotImplementedError`, run the cell, then run the check below it. The check says by how much you are
 # off. Try again and it says what the mistake looks like, then where to read.
 #
-# Everything you need stands in [lesson 06](../notebooks/06_planes.ipynb), but nowhere is its code the answer: each task says what is different. You may use NumPy; write the
+# Everything you need stands in [lesson 06](../notebooks/06_planes.ipynb), but its code is nowhere the answer as it stands: each task says what is different. You may use NumPy; write the
 # formulas yourself. Points are `(N, 3)` arrays in metres. A plane is four numbers in one array, `[n_x, n_y, n_z, d]`, and holds the points
 # with n · x + d = 0. `[-n_x, -n_y, -n_z, -d]` is the same plane: return either.
 
@@ -36,12 +36,12 @@ kept = data.of_lab("06")  # what the pictures below are drawn from
 # A room has several planes, and a sample is good if all its points lie on *one* of them, whichever. How many samples until one most
 # likely is good? One line is missing.
 #
-# - `shares`: (K,) float, the share of the points that lies on each plane; a point lies on one plane or on none
+# - `shares`: (K,) float, the share of the points that lies on each plane, together below 1; a point lies on one plane or on none
 # - `sample`: how many points a sample has; three for a plane
 # - `confidence`: how likely it shall be that at least one sample is good, between 0 and 1
 # - returns: the smallest whole number of samples
 #
-# For example, `tries_needed([0.6], 3, 0.99)` is 19, and `tries_needed([0.4, 0.3], 3, 0.99)` is 49.
+# For example, `tries_needed(np.array([0.6]), 3, 0.99)` is 19, and `tries_needed(np.array([0.4, 0.3]), 3, 0.99)` is 49.
 #
 # <details><summary>Hint 1: idea</summary>How likely are all points of a sample on the first plane? How likely on the first or on the
 # second? Both cannot happen at once.</details>
@@ -81,7 +81,7 @@ def tries_needed(shares, sample, confidence):
     """Samples until one lies on one of the planes, with this confidence."""
     # BEGIN SOLUTION
     # add up the chances of the planes, solve (1 - g)^n = 1 - p, and round up
-    good = np.sum(np.asarray(shares) ** sample)
+    good = np.sum(shares**sample)
     return int(np.ceil(np.log(1 - confidence) / np.log(1 - good)))
     # END SOLUTION
 
@@ -168,7 +168,7 @@ check("06-2", fit_plane)
 # - `plane`: (4,) float, the floor
 # - returns: (N,) float, metres: heights above the floor, negative for what lies below it
 #
-# For example, with the plane `[0, 2, 0, -4]` the point `[1, 1.5, 3]` stands 0.5 m above the floor. (The camera's y points down.)
+# For example, with the plane `[0, 2, 0, -4]` the point `[1, 1.5, 3]` stands 0.5 m above the floor, 0.5, and `[1, 2.5, 3]` lies 0.5 m below it, -0.5. (The camera's y points down.)
 #
 # <details><summary>Hint 1: idea</summary>Put the example through the code by hand. Then put the camera itself, (0, 0, 0), through it.</details>
 # <details><summary>Hint 2: formula</summary>The signed distance of x is (n · x + d) / ‖n‖. At the camera it is d / ‖n‖, and there it must be
@@ -298,8 +298,9 @@ check("06-4", causes)
 # %% [markdown]
 # ## Task 5 — find the floor of a furnished room (4 points, open-ended)
 #
-# A robot's camera sees a furnished room. Two walls and a table's top have more points than the floor: RANSAC alone finds those. The floor is the
-# *lowest level* plane, and at least one point in ten lies on it. A few points lie even lower, single ones: reflections in the shiny floor. Find the floor.
+# A robot's camera sees a furnished room. Walls, a table, a couch, a cupboard, in some rooms a shelf have more points than the floor each. The floor is
+# the *lowest level* plane on which at least one point in ten lies. Still lower is what the shiny floor reflects: single points, and a
+# stool's seat, small and level. Find the floor.
 #
 # - `points`: (N, 3) float, metres, camera frame: the camera may look any way
 # - `up`: (3,) float, of length 1: where up is, by the camera's accelerometer; off by up to 5 degrees
@@ -308,12 +309,13 @@ check("06-4", causes)
 #
 # You are scored by the largest distance between your plane and the true floor over its rim: under 60 mm earns 1 point, under 25 mm 2, under
 # 10 mm 3, under 5 mm all 4. What counts is the **worst of seven** fresh rooms; the check shows three. Seed your random numbers, so that the same
-# cloud gives the same plane.
+# cloud gives the same plane. Task 1 says how many samples: what the formula of section 3 asks for a tenth alone is several times as many, and only slow.
 #
-# <details><summary>Hint 1: idea</summary>Section 4 in another frame: collect level planes, take the lowest, and let all of its points decide where
-# it is.</details>
-# <details><summary>Hint 2: formula</summary>A plane is level if |n · up| exceeds the cosine of some 12 degrees; heights are <code>points @ up</code>. How
-# many tries does task 1 give for 0.1? A plane through three noisy points leans: fit to its inliers, collect the inliers again, fit again.</details>
+# <details><summary>Hint 1: idea</summary>Section 4 in another frame. How many planes there are, the room must tell: take them away one after the
+# other, until the next has too few points. Of the level ones, the lowest.</details>
+# <details><summary>Hint 2: formula</summary>A plane is level if |n · up| exceeds the cosine of some 12 degrees; heights are <code>points @ up</code>. At
+# first six planes hold a tenth of the points each, and a sample on any will do: how many samples does task 1 give? Seven rooms with seven
+# searches each shall all succeed: ask for 0.9999. A plane through three noisy points leans: fit to its inliers, collect them again, fit again.</details>
 # <details><summary>Hint 3: call</summary><code>rng = np.random.default_rng(0)</code>; <code>corners = points[rng.integers(len(points), size=(tries, 3))]</code>
 # draws all samples at once; <code>np.cross</code>, <code>np.linalg.norm</code>, <code>np.median</code>, <code>np.linalg.eigh</code></details>
 
@@ -337,8 +339,8 @@ picture(
     fig,
     alt=f"A room from the side. {few} points lie along the floor, where the "
     f"expected plane is; {many:,} others above it, most of them on a table's "
-    "top and on walls, and some single ones below. A dashed line square to "
-    "the given up leaves the floor at its ends.",
+    "top and on walls; below it a small level patch and single ones. A dashed "
+    "line square to the given up leaves the floor at its ends.",
 )
 
 
@@ -347,7 +349,7 @@ def find_plane(points, up, threshold):
     """The floor (4,): the lowest level plane with points enough."""
     # BEGIN SOLUTION
     rng = np.random.default_rng(0)
-    tries = int(np.ceil(np.log(0.0001) / np.log(1 - 0.1**3)))
+    tries = 20_000  # one in 1,000 lies on the floor; some are sharp
     corners = points[rng.integers(len(points), size=(tries, 3))]
     a, b, c = corners.transpose(1, 0, 2)
     normals = np.cross(b - a, c - a)
@@ -381,7 +383,8 @@ check("06-5", find_plane)
 # the better fit", they say. In at most 60 words: why may it be the worse one, and what would you look at to find out?
 #
 # <details><summary>Hint 1: idea</summary>Whose points are the new inliers?</details>
-# <details><summary>Hint 2: formula</summary>"Break it" in lesson 06 has both halves of the answer.</details>
+# <details><summary>Hint 2: formula</summary>How large is the RMS of the inliers of one surface, how large that of a band filled evenly by
+# two? "Break it" in lesson 06 compares both with the noise.</details>
 
 
 # %% tags=["task"]

@@ -83,7 +83,7 @@ def test_misconceptions_are_named_in_the_record(lab, i, here):
         mistake = chosen[one["number"]][0]
         assert one["points"] < one["max"], f"{one['id']}: {mistake.name} earned everything"
         assert mistake.name in one["misconceptions"], f"{one['id']}: {mistake.name} is told as {one['misconceptions']}"
-        assert set(one["misconceptions"]) <= {mistake.name, *mistake.alike}
+        assert set(one["misconceptions"]) <= {mistake.name, *mistake.alike, "input overwritten"}
         assert mistake.message.strip().rstrip(".") in one["looks_like"]
         assert html.escape(clean(one["looks_like"]), quote=False) in told.replace("&#39;", "'").replace("&#34;", '"')
 
@@ -95,3 +95,20 @@ def test_chance_without_a_seed_is_told():
     found = record["tasks"][4]
     assert "Asked twice with the same input, it answered differently" in found["error"]
     assert "differently" in html.unescape(feedback_page(standing_of(record)))
+
+
+def test_a_right_answer_that_changes_what_it_was_given_is_graded_as_it_is_checked():
+    source = """def invert(T_world_robot, T_robot_cameras, points):
+    given, seen = points.copy(), []
+    for T_robot_camera in T_robot_cameras:
+        T = T_world_robot @ T_robot_camera
+        points -= T[:3, 3]
+        seen.append(points @ T[:3, :3])
+        points += T[:3, 3]
+    return np.array(seen)
+"""
+    kept = source.replace("points += T[:3, 3]", "points[:] = given")
+    found, right = (graded("02", submission("02", {3: one}), **PATIENT)["tasks"][2] for one in (source, kept))
+    assert found["points"] == 0 and found["error"].startswith("It changes `points`, which whoever called it still")
+    assert found["misconceptions"] == ["input overwritten"]
+    assert right["points"] == right["max"]

@@ -62,6 +62,10 @@ FORGED = {
         "send({MIME: {**data[MIME], 'answers': [{**a, 'answer': '%%%'} for a in data[MIME]['answers']]}})",
         "forged",
     ),
+    "names that are no texts": (
+        "send({MIME: {**data[MIME], 'answers': [{**a, 'overwrote': [1]} for a in data[MIME]['answers']]}})",
+        "forged",
+    ),
     "silence": ("None", "no answer"),
     "bytes that are cut": (
         "send({MIME: {**data[MIME], 'answers': [{**a, 'answer': a['answer'][:40]} for a in data[MIME]['answers']]}})",

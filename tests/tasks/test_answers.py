@@ -5,8 +5,9 @@ say, and in `accept` the names of forms, mistakes, slips or anatomies that say i
 the answer is wrong, `accept` is empty and it does not count. "raised" is Python's own message, "as the judge says" a
 judge's sentence about the form. held_out.json was written and judged by an examiner who knew the labs alone: of its 140
 wrong answers 124 were told rightly when it was first tried, 5 untruly (mended since), and what still says too little
-waits for a name ("to be told"). A task that has changed since is asked as it was (old_forms/); answers to its new form
-say `"form": "new"`.
+waits for a name ("to be told"). held_out_02.json is the same of lab 02 as it is now: of its and lab 06's 182 wrong
+answers 137 (75 %) were told rightly when first tried, 10 untruly, and 5 passed; `told_at_first` keeps it for each. A
+task that has changed since is asked as it was (old_forms/); answers to its new form say `"form": "new"`.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from tiny_tasks import OPEN, RIGHT, TASK, cases, spoiled
 from course_lib import tasks
 from course_lib.tasks.core import Case, Verdict
 from course_lib.tasks.judging import band, judge_all
-from course_lib.tasks.running import Outcome
+from course_lib.tasks.running import Outcome, run_all
 
 
 def test_names_of_a_task() -> None:
@@ -110,6 +110,23 @@ def test_an_open_task_earns_what_the_worst_scene_earns() -> None:
     assert result.status == "raised" and result.points == 0 and result.worst == 2
 
 
+def test_a_right_answer_that_changes_what_it_was_given_fails_where_the_task_says_so() -> None:
+    def lift(pixels, z, f):
+        right = pixels * z / f
+        pixels *= 0
+        return right
+
+    public = TASK.public()
+    outcomes = run_all(lift, public)
+    assert judge_all(TASK, public, outcomes).passed
+    result = judge_all(replace(TASK, keeps_inputs=True), public, outcomes)
+    assert result.status == "failed" and result.score == 0
+    assert result.error.startswith("It changes `pixels`, which whoever called it still needs: work on a copy")
+    assert result.diagnosis.names == result.diagnosis.counted == ("input overwritten",)
+    told = [replace(outcome, overwrote=("rubbish",)) for outcome in outcomes]  # what a kernel made up
+    assert judge_all(replace(TASK, keeps_inputs=True), public, told).passed
+
+
 def test_registry() -> None:
     assert "00" in tasks.lab_numbers()
     assert tasks.get("00-1") is tasks.lab("00")[0]
@@ -130,7 +147,8 @@ def test_unknown_lab_gets_a_sentence() -> None:
 def test_the_task_of_the_guide_is_a_working_example() -> None:
     guide = (Path(__file__).parents[2] / "docs" / "add_a_lesson.md").read_text(encoding="utf-8")
     space: dict = {}
-    exec(re.search(r"```python\n(.*?)```", guide, re.S)[1], space)
+    [code] = [block for block in re.findall(r"```python\n(.*?)```", guide, re.S) if "TASKS" in block]
+    exec(code, space)
     (task,) = space["TASKS"]
     wrong = judge_all(task, task.public(), tasks.run_all(lambda pixels, z, f: pixels * z, task.public()))
     assert [m.name for m in wrong.recognised] == ["focal length forgotten"]

@@ -42,6 +42,7 @@ def wrong_answers(task: Task, first: Case, right: Callable) -> Iterator[tuple[st
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1800)
 @pytest.mark.parametrize("task", JUDGED, ids=[task.id for task in JUDGED])
 def test_wrong_answers_pass_on_few_seeds(task: Task) -> None:
     load, right = loader(task), reference(task)

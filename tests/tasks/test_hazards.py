@@ -29,6 +29,9 @@ HAZARDS: dict[str, dict[str, Callable[[Given], bool]]] = {
     "02-2": {
         "bytes between points": lambda g: g["point_step"] > 12,
         "bytes at the end of a row": lambda g: g["row_step"] > g["width"] * g["point_step"],
+        "as many of them as a point has": lambda g: g["row_step"] >= (g["width"] + 1) * g["point_step"],
+        "a field at no multiple of 4": lambda g: any(at % 4 for at in g["offsets"]),
+        "a point of no multiple of 4 bytes": lambda g: g["point_step"] % 4 != 0,
         "the larger byte first": lambda g: g["big_endian"],
         "points not measured": lambda g: any(
             np.isnan(g["data"][i : i + 4].view("<f4"))[0]
@@ -68,6 +71,16 @@ HAZARDS: dict[str, dict[str, Callable[[Given], bool]]] = {
         "a viewpoint on the side of the origin": lambda g: _side(g, np.zeros(3)) > 0,
         "a viewpoint on the other side": lambda g: _side(g, np.zeros(3)) < 0,
     },
+    "05-1": {"a wrong point that costs more than a true one": lambda g: g["cost"] > 1},
+    "05-2": {
+        "points not measured": lambda g: np.isnan(g["points"]).any() or (g["points"] == 0).all(axis=1).any(),
+        "points that stand twice": lambda g: len(np.unique(g["points"], axis=0)) < len(g["points"]) - 2,
+        "depths that differ": lambda g: np.ptp(g["points"][:, 2]) > 0.3,
+    },
+    "05-3": {
+        "others at exactly the radius": lambda g: (np.abs(_between(g) - g["radius"]) < 1e-12).sum() > 5,
+        "others at the very place of a point": lambda g: (_between(g) == 0).any(),
+    },
     "06-1": {"more than one plane": lambda g: len(g["shares"]) > 1},
     "06-2": {
         "points that are not all as good": lambda g: np.ptp(g["sigma"]) > 0,
@@ -79,6 +92,15 @@ HAZARDS: dict[str, dict[str, Callable[[Given], bool]]] = {
         "a normal that points down": lambda g: g["plane"][3] < 0,
         "points below the floor": lambda g: _heights(g).min() < 0,
     },
+    "07-1": {"a turn before a shift": lambda g: len(g["steps"]) > 1},
+    "07-2": {
+        "marks that were not found": lambda g: np.isnan(g["source"]).any() and np.isnan(g["target"]).any(),
+        "pairs of weight 0": lambda g: (g["weights"] == 0).any(),
+        "a planar set, where a reflection fits as well": lambda g: _flatness(g["source"]) < 0.1,
+        "marks far from the origin": lambda g: np.linalg.norm(np.nanmean(g["source"], axis=0)) > 1,
+    },
+    "07-3": {"points without a partner": lambda g: _without_partner(g) > 5},
+    "07-5": {"a start that is far off": lambda g: np.linalg.norm(g["start"][:3, 3]) > 0.05},
 }
 """Of each task, what its lesson warns of, and whether the inputs of a case hold it."""
 
@@ -109,6 +131,23 @@ def _unsorted(given: Given) -> bool:
     offsets = given["points"] - weight @ given["points"] / weight.sum()
     values = np.linalg.eig((offsets * weight[:, None]).T @ offsets)[0]
     return int(np.argmin(values)) != 0
+
+
+def _between(given: Given) -> np.ndarray:
+    return np.linalg.norm(given["points"][:, None] - given["others"][None], axis=2)
+
+
+def _flatness(points: np.ndarray) -> float:
+    """The smallest spread over the middle one."""
+    whole = points[np.isfinite(points).all(axis=1)]
+    spreads = np.linalg.svd(whole - whole.mean(axis=0))[1]
+    return float(spreads[2] / spreads[1])
+
+
+def _without_partner(given: Given) -> int:
+    moved = given["source"] @ given["T"][:3, :3].T + given["T"][:3, 3]
+    nearest = np.linalg.norm(moved[:, None] - given["target"][None], axis=2).min(axis=1)
+    return int((nearest > given["radius"]).sum())
 
 
 def _heights(given: Given) -> np.ndarray:

@@ -81,7 +81,7 @@ def test_array_tolerance_of_its_own_for_each_element() -> None:
     ("answer", "words"),
     [
         (POINTS.T, "expected shape (12, 3), got (3, 12): transpose?"),
-        (POINTS.ravel(), "got (36,): reshape?"),
+        (POINTS.ravel(), "got (36,): as many numbers in another form."),
         (POINTS[:-2], "2 rows too few."),
         (np.vstack([POINTS, POINTS]), "12 rows too many."),
         (POINTS[:, :2], "got (12, 2)."),
@@ -131,7 +131,7 @@ def test_array_kinds() -> None:
         (True, False, "Expected a number for the depth, got True."),
         (math.nan, False, "finite"),
         (math.inf, False, "finite"),
-        ([1.5], False, "a list of 1"),
+        ([1.5], False, "1 thing in a tuple or list"),
         (None, False, "is the return missing?"),
     ],
 )

@@ -172,21 +172,50 @@ def test_any_inverse_may_be_called_on_the_way_back():
     assert tasks.judge_all(task, cases, tasks.run_all(invert, cases)).score == 1
 
 
-def test_points_that_are_overwritten_are_wrong_for_the_next_camera():
-    def invert(T_world_robot, T_robot_cameras, points):
-        seen = []
-        for T_robot_camera in T_robot_cameras:
-            T = T_world_robot @ T_robot_camera
-            points -= T[:3, 3]
-            seen.append(points @ T[:3, :3])
-        return np.array(seen)
+def way_back(after: str = ""):
+    """A way back that overwrites `points`; `after` is what it does with them before the next camera."""
+    return load_source(
+        "def invert(T_world_robot, T_robot_cameras, points):\n"
+        "    given, seen = points.copy(), []\n"
+        "    for T_robot_camera in T_robot_cameras:\n"
+        "        T = T_world_robot @ T_robot_camera\n"
+        "        points -= T[:3, 3]\n"
+        f"        seen.append(points @ T[:3, :3])\n        {after}\n"
+        "    return np.array(seen)\n",
+        "invert",
+    )
 
+
+def test_points_that_are_overwritten_are_wrong_for_the_next_camera():
     task = tasks.get("02-3")
     cases = tasks.fresh(task, 0)
-    result = tasks.judge_all(task, cases, tasks.run_all(invert, cases))
-    assert result.score == 0
-    assert [verdict.passed for verdict in result.verdicts] == [len(c.given["T_robot_cameras"]) == 1 for c in cases]
+    result = tasks.judge_all(task, cases, tasks.run_all(way_back(), cases))
+    assert result.score == 0 and not any(verdict.passed for verdict in result.verdicts)
+    assert len(cases[result.worst].given["T_robot_cameras"]) > 1, "where the answer is wrong, too"
     assert "input overwritten" in result.diagnosis.names and "moved on left in" in result.diagnosis.names
+
+
+def test_points_come_out_of_the_way_back_as_they_went_in():
+    """Added again they come back rounded, which a caller may not want; put back as they were they are right."""
+    task = tasks.get("02-3")
+    cases = tasks.fresh(task, 0)
+    added, put_back = (
+        tasks.judge_all(task, cases, tasks.run_all(way_back(after), cases))
+        for after in ("points += T[:3, 3]", "points[:] = given")
+    )
+    assert put_back.score == 1
+    assert added.score == 0 and added.diagnosis.names == ("input overwritten",)
+    assert added.error == (
+        "It changes `points`, which whoever called it still needs: work on a copy (p = points - t makes one, "
+        "points -= t does not)."
+    )
+
+
+def test_padding_may_be_as_long_as_points():
+    """So that whoever reads as many points of a row as fit into it reads too many."""
+    cases = tasks.fresh(tasks.get("02-2"), 0)
+    spare = [c.given["row_step"] - c.given["width"] * c.given["point_step"] >= c.given["point_step"] for c in cases]
+    assert sum(spare) == 1
 
 
 def test_each_case_of_the_thinned_list_tells_what_it_is_there_for():
@@ -247,12 +276,31 @@ def test_the_letters_of_task_4_are_those_of_its_picture(shown):
         assert alone == (cause != "order"), "only there grey is moved by two poses"
 
 
-@pytest.mark.parametrize("answer", [np.zeros(60, int), np.arange(60) // 2])
-def test_repeated_rows_are_no_misconception(answer):
+@pytest.mark.parametrize(
+    ("answer", "names"),
+    [(np.zeros(60, int), ["the kept one again", "one length for all"]), (np.arange(60) // 2, [])],
+)
+def test_repeated_rows_are_a_misconception_only_where_they_are_its_own(answer, names):
     task = tasks.get("02-5")
     cases = tasks.fresh(task, 0)
     result = tasks.judge_all(task, cases, tasks.run_all(lambda points, n: answer, cases))
-    assert result.score == 0 and "different" in result.error and not result.recognised
+    assert result.score == 0 and "different" in result.error
+    assert [mistake.name for mistake in result.recognised] == names
+
+
+def test_a_bare_side_is_told_with_its_length():
+    def few(points, n):
+        _, first = np.unique(np.floor(points / 0.05).astype(int), axis=0, return_index=True)
+        return first[:n]
+
+    task = tasks.get("02-5")
+    for seed in range(5):
+        cases = tasks.fresh(task, seed)
+        result = tasks.judge_all(task, cases, tasks.run_all(few, cases))
+        assert result.diagnosis.names == ("a side left bare",)
+        points = cases[result.worst].given["points"]
+        bare = points[:, 0].max() - points[few(points, 60), 0].max()
+        assert f"in the last {1000 * bare:.0f} mm of the shape along x" in result.looks_like
 
 
 def test_few_says_the_learners_own_distance():

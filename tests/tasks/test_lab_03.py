@@ -16,7 +16,7 @@ from course_lib.camera import pinhole
 from course_lib.geometry import transforms
 from course_lib.notebook import data
 from course_lib.tasks.diagnosis.recognition import load_source
-from course_lib.tasks.labs.lab_03_depth_to_points.mistakes import CAUSE_OF
+from course_lib.tasks.labs.lab_03_depth_to_points.causes import CAUSE_OF
 
 
 @pytest.fixture(scope="module")

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import re
-from pathlib import Path
 
 import numpy as np
 import open3d as o3d
@@ -19,11 +17,9 @@ from course_lib.notebook import data
 from course_lib.surface import metrics
 from course_lib.tasks.diagnosis.recognition import load_source
 from course_lib.tasks.labs.lab_05_outliers import mistakes as lab
+from course_lib.tasks.labs.lab_05_outliers.deep_desk import FLYING, THIN, deep_desk, in_pixels
 from course_lib.tasks.labs.lab_05_outliers.mistakes import CAUSE_OF, CAUSES
-from course_lib.tasks.labs.lab_05_outliers.small_desk import FLYING, THIN, small_desk
 
-ROOT = Path(__file__).parents[2]
-LAB = ROOT / "solutions" / "source" / "05_outliers.py"
 LAB_TASKS = {task.number: task for task in tasks.lab("05")}
 TUNED = (0.025, 500, 3.5)  # what the lesson's cell finds on desks 0 to 2
 
@@ -153,9 +149,22 @@ def test_neighbours_grow_with_the_square_on_a_surface_and_hardly_more_than_the_r
     assert growth[1] == pytest.approx(4.1, abs=0.2) and growth[THIN] == pytest.approx(2.3, abs=0.2)
 
 
+def test_a_reach_is_longer_than_the_spacing_and_shorter_than_the_gap(desks):
+    points, kinds = desks.clouds["desk_0"].points.astype(float), desks.clouds["desk_0"].labels
+    surface = points[kinds == 1]
+    spacing = np.median(cKDTree(surface).query(surface, 2)[0][:, 1])
+    three_pixels = 3 * surface[:, 2].max() / desks.camera.fx
+    assert spacing == pytest.approx(0.0037, abs=0.0002) and three_pixels == pytest.approx(0.0209, abs=0.001)
+    kept = {r: islands(points, r, 500) for r in (0.006, three_pixels, 0.1)}
+    share = {r: [np.mean(keep[kinds == kind]) for kind in (1, 4)] for r, keep in kept.items()}
+    assert share[0.006][0] < 0.8, "a reach of hardly more than the spacing loses surfaces"
+    assert share[0.1][1] > 0.9, "one longer than the gap keeps the reflection"
+    assert share[three_pixels][0] > 0.99 and share[three_pixels][1] < 0.1
+
+
 def test_the_lessons_clusters_are_the_librarys(lesson):
-    points = small_desk(np.random.default_rng(1))[0]
-    ours, theirs = lesson["grow_clusters"](points, 0.014), clusters.euclidean_clusters(points, 0.014)
+    points = deep_desk(np.random.default_rng(1))[0]
+    ours, theirs = lesson["grow_clusters"](points, 0.03), clusters.euclidean_clusters(points, 0.03)
     assert np.unique(np.stack([ours, theirs]), axis=1).shape[1] == len(np.unique(ours)) == len(np.unique(theirs))
 
 
@@ -182,50 +191,57 @@ def test_repeating_ends_where_no_distance_is_measured_again(lesson):
     assert once[:5] == pytest.approx([2027, 1271, 747, 403, 228], rel=0.05)
 
 
-def test_the_bunny_and_the_point_itself(lesson):
-    if not data.available("stanford_bunny"):
-        pytest.skip("the real data stanford_bunny are not on this machine")
-    path = data.load("stanford_bunny").files["bun_zipper.ply"]
-    points = np.asarray(o3d.io.read_point_cloud(str(path)).points)
-    removed = {k: int(np.sum(~lesson["usual"](lesson["mean_distances"](points, k), 2.0))) for k in (19, 20)}
-    assert removed == {19: 1376, 20: 1381}
-    assert int(np.sum(~lesson["by_open3d"](points, 20, 2.0))) == 1376
-    mean = lesson["mean_distances"](points, 19)
-    assert [int(np.sum(~lesson["usual"](mean, ratio))) for ratio in (0.5, 1, 2, 3)] == [8591, 4707, 1376, 564]
-    rest, passes = points, []
-    for _ in range(3):
-        keep = outliers.keep_by_statistics(rest, 19, 2.0)
-        passes.append(int(np.sum(~keep)))
-        rest = rest[keep]
-    assert passes == [1376, 1251, 1269]
-
-
 def test_the_letters_of_task_4_are_those_of_its_picture():
-    seed = int(re.search(r"default_rng\((\d+)\)\.permutation\(5\)", LAB.read_text(encoding="utf-8"))[1])
-    order = np.random.default_rng(seed).permutation(5)
-    source = LAB.read_text(encoding="utf-8")
-    block = source[source.index("makers = [") : source.index("order = np.random")]
-    marks = ["statistical(desk, 6.0)", "query_ball_point", ">= 2000", "< 250", "repeated(desk, 1.0, 12)"]
-    assert [block.index(mark) for mark in marks] == sorted(block.index(mark) for mark in marks)
-    assert CAUSE_OF == {letter: CAUSES[i] for letter, i in zip("ABCDE", order, strict=True)}
+    """Each stored mask shows what its cause does, and none of the others does."""
+    stored = data.of_lab("05")
+    kinds = stored["kinds"]
+    kept = {CAUSE_OF[letter]: stored[f"kept_{letter}"] for letter in CAUSE_OF}
+    share = {cause: [np.mean(mask[kinds == kind]) for kind in range(1, 6)] for cause, mask in kept.items()}
+    assert set(share) == set(CAUSES)
+    [large] = [cause for cause, (surface, *_, noise) in share.items() if surface > 0.99 and noise > 0.2]
+    [size] = [cause for cause, (surface, thin, *_) in share.items() if 0.8 < surface < 0.95 and thin == 1]
+    [turned] = [cause for cause, (surface, thin, *wrong) in share.items() if surface == thin == 0 and min(wrong) == 1]
+    assert (large, size, turned) == (CAUSES[0], CAUSES[2], CAUSES[3])
+    # a small radius takes points everywhere, repeating eats inwards: what it took has neighbours that it took
+    at = in_pixels(stored["desk"])
+    near = cKDTree(at).query(at, 5)[1][:, 1:]
+    together = {c: np.mean(~kept[c][near[~kept[c] & (at[:, 1] < 0)]]) for c in (CAUSES[1], CAUSES[4])}
+    assert together[CAUSES[4]] > together[CAUSES[1]] + 0.1
 
 
-def test_on_the_small_desk_islands_reach_the_highest_band_and_distances_do_not():
-    task = next(task for task in tasks.lab("05") if task.number == 5)
-    scores = {"islands": [], "distances": []}
-    for seed in range(10):
-        case = tasks.fresh(task, seed)[0]
+def test_in_the_deep_room_islands_in_pixels_reach_the_highest_band_and_no_length_in_metres_does():
+    task = LAB_TASKS[5]
+    scores = {"pixels": [], "metres": [], "distances": []}
+    for seed in range(4):
+        case = tasks.fresh(task, seed, draws=1)[0]
         points = case.given["points"]
-        label = clusters.euclidean_clusters(points, 0.0135)
-        scores["islands"].append(task.judge(case, np.bincount(label)[label] >= 250).score)
-        best = max(task.judge(case, outliers.keep_by_statistics(points, 8, s)).score for s in (0.25, 0.5, 1, 2))
-        scores["distances"].append(best)
-    assert np.median(scores["islands"]) == 1.0
-    assert max(scores["distances"]) <= 0.25
+        scores["pixels"].append(task.judge(case, islands(in_pixels(points), 4, 300)).score)
+        reaches = (0.02, 0.03, 0.04, 0.05, 0.06, 0.08, 0.1)
+        tried = [task.judge(case, islands(points, reach, n)).score for reach in reaches for n in (100, 300)]
+        scores["metres"].append(max(tried))
+        ratios = [outliers.keep_by_statistics(points, 8, s) for s in (0.25, 0.5, 1, 2)]
+        scores["distances"].append(max(task.judge(case, keep).score for keep in ratios))
+    assert min(scores["pixels"]) == 1.0
+    assert max(scores["metres"]) < 0.5 and max(scores["distances"]) < 0.5
+
+
+def test_a_deep_desk_has_the_sizes_and_gaps_that_the_task_promises():
+    for seed in range(5):
+        points, kinds = deep_desk(np.random.default_rng(seed))
+        at, true = in_pixels(points), kinds < FLYING
+        sizes = np.bincount(clusters.euclidean_clusters(at[true], 4))
+        assert sizes.min() > 350 and np.sum(kinds == 4) < 250
+        assert cKDTree(at[true]).query(at[~true])[0].min() > 4.5  # five and more, but for noise
+        assert 0.4 < points[true, 2].min() and points[true, 2].max() < 6.3
+
+
+def islands(at: np.ndarray, reach: float, least: int) -> np.ndarray:
+    label = clusters.euclidean_clusters(at, reach)
+    return np.bincount(label)[label] >= least
 
 
 def test_a_filter_that_loses_rod_and_cable_gets_no_more_than_the_lowest_band():
-    task = next(task for task in tasks.lab("05") if task.number == 5)
+    task = LAB_TASKS[5]
     case = tasks.fresh(task, 3)[0]
     perfect = case.truth.copy()
     assert task.judge(case, perfect).score == 1.0
@@ -241,22 +257,29 @@ def said(task, source: str) -> str:
 
 
 def test_a_tree_that_is_asked_for_k_points_is_told_to_ask_for_one_more():
-    if not data.available("stanford_bunny"):
-        pytest.skip("the real data stanford_bunny are not on this machine")
-    head = "from scipy.spatial import cKDTree\ndef mean_distances(points, k):\n"
-    for last in ("distance.mean(axis=1)", "distance[:, 1:].mean(axis=1)"):
-        line = said(LAB_TASKS[2], f"{head}    distance = cKDTree(points).query(points, k)[0]\n    return {last}\n")
-        assert "ask for k + 1" in line
+    head = (
+        "from scipy.spatial import cKDTree\ndef mean_distances(points, k, fx):\n"
+        "    out, there = np.full(len(points), np.nan), ~np.isnan(points[:, 2])\n"
+        "    distance = cKDTree(points[there]).query(points[there], k)[0].reshape(there.sum(), -1)\n"
+    )
+    for mean in ("distance.mean(axis=1)", "distance[:, 1:].mean(axis=1)"):
+        body = f"{head}    out[there] = fx * {mean} / points[there, 2]\n    return out\n"
+        assert "ask for k + 1" in said(LAB_TASKS[2], body)
+
+
+def test_without_its_real_image_task_2_is_judged_on_four_made_cases():
+    cases = LAB_TASKS[2].public(None)
+    assert len(cases) == 4 and sum(np.isnan(case.given["points"]).any() for case in cases) == 2
 
 
 def test_a_point_at_exactly_the_radius_counts():
     source = (
-        "def keep_by_radius(points, radius, least):\n"
-        "    d = np.linalg.norm(points[:, None] - points[None], axis=-1)\n"
-        "    return (d {} radius).sum(axis=1) - 1 >= least\n"
+        "def keep_by_radius(points, others, radius, least):\n"
+        "    d = np.linalg.norm(points[:, None] - others[None], axis=-1)\n"
+        "    return (d {} radius).sum(axis=1) >= least\n"
     )
     case = LAB_TASKS[3].public()[0]
-    d = np.linalg.norm(case.given["points"][:, None] - case.given["points"][None], axis=-1)
+    d = np.linalg.norm(case.given["points"][:, None] - case.given["others"][None], axis=-1)
     assert np.sum(d == case.given["radius"]) > 20
     assert "within means that they count" in said(LAB_TASKS[3], source.format("<"))
 
@@ -281,19 +304,16 @@ def test_a_desk_cleaned_almost_like_a_known_mistake_is_told_its_name():
         outcomes = tasks.run_all(clean, cases)
         return {m.name for m in tasks.judge_all(task, cases, outcomes).recognised}
 
-    def size(points):
-        label = clusters.euclidean_clusters(points, 0.0138)
-        return np.bincount(label)[label]
-
     def after(points):
-        keep = size(points) >= 220
-        keep[keep] = outliers.keep_by_statistics(points[keep], 9, 0.5)
+        keep = islands(in_pixels(points), 3.8, 280)
+        keep[keep] = outliers.keep_by_statistics(in_pixels(points)[keep], 9, 0.5)
         return keep
 
-    assert named(lambda points: size(points) >= 90) == {"least size too small"}
-    assert named(lambda points: size(points) >= 600) == {"true islands thrown away"}
+    assert named(lambda points: islands(in_pixels(points), 4.2, 90)) == {"least size too small"}
+    assert named(lambda points: islands(in_pixels(points), 3.6, 1200)) == {"true islands thrown away"}
     assert named(after) == {"statistics after the strays"}
-    assert named(lambda points: outliers.keep_by_statistics(points, 18, 2.1)) == {"the report's settings"}
+    assert named(lambda points: outliers.keep_by_statistics(points, 18, 2.1)) == {"a loose threshold"}
+    assert named(lambda points: islands(points, 0.024, 400)) == {"the lesson's own code"}
 
 
 @pytest.mark.parametrize("task", ["05-1", "05-3"])

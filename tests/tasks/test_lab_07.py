@@ -10,11 +10,12 @@ from scipy.spatial import cKDTree
 from course_lib.geometry import transforms
 from course_lib.notebook import data
 from course_lib.registration import icp
+from course_lib.tasks.labs.lab_07_icp.two_scans import TwoScans, two_scans
 
 
 @pytest.fixture(scope="module")
 def lesson() -> dict:
-    names = "best_rigid icp_to_points normals_of step_to_planes tukey thinned"
+    names = "best_rigid icp_to_points normals_of rotation_by step_to_planes thinned"
     return functions_of("07", names, np=np, cKDTree=cKDTree, transforms=transforms)
 
 
@@ -77,6 +78,33 @@ def test_a_count_of_pairs_does_not_tell_a_wrong_pose():
     right, wrong = (cKDTree(target).query(p)[0] for p in (source, transforms.apply(T, source)))
     assert (right <= 0.1).all() and (wrong <= 0.1).all()
     assert np.sqrt(np.mean(wrong**2)) > 3 * np.sqrt(np.mean(right**2))
+
+
+def register_with(lesson: dict, scans: TwoScans, radii: list[float], steps: int) -> float:
+    """How far coarse to fine leaves the ground from its place in the mean, metres, with steps of the lesson's own."""
+    T, tree = scans.start, cKDTree(scans.target)
+    for radius in radii:
+        for _ in range(steps):
+            moved = transforms.apply(T, scans.source)
+            distance, index = tree.query(moved)
+            keep = distance <= radius
+            if keep.sum() >= 10:
+                T = lesson["step_to_planes"](moved[keep], scans.target[index[keep]], scans.normals[index[keep]]) @ T
+    off = transforms.apply(T, scans.surface) - transforms.apply(scans.T_target_source, scans.surface)
+    return float(np.linalg.norm(off, axis=1).mean())
+
+
+def test_of_two_scans_no_fixed_radius_brings_every_second_one_home(lesson):
+    scenes = [two_scans(np.random.default_rng([70, k])) for k in range(10)]
+    for radius in (0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0, 1.5):
+        ends = [register_with(lesson, scans, [radius], 40) for scans in scenes]
+        assert np.mean(np.array(ends) < 0.025) <= 0.4, f"{radius} m"
+    assert max(register_with(lesson, scans, [1.0, 0.3, 0.1, 0.05], 10) for scans in scenes) < 0.014
+
+
+def test_the_turn_written_out_is_the_librarys(lesson):
+    for omega in (np.zeros(3), np.array([0.3, -1.2, 0.5]), np.array([0, 0, np.pi])):
+        assert np.abs(lesson["rotation_by"](omega) - transforms.exp(np.r_[0, 0, 0, omega])[:3, :3]).max() < 1e-12
 
 
 # -------------------------------------------------------------------------------------------------------- real data

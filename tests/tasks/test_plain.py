@@ -159,7 +159,7 @@ def test_the_wire_refuses_what_it_did_not_make(data: bytes) -> None:
         (True, "True"),
         ("hi", "the text 'hi'"),
         ("x" * 50, "a text of 50 letters"),
-        ([1, 2], "a list of 2"),
+        ([1, 2], "2 things in a tuple or list"),
         ({"a": 1}, "a dict with 1 entry"),
         (b"abc", "3 bytes"),
         (np.zeros(2, POINT), "a (2,) record array"),

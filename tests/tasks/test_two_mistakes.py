@@ -7,7 +7,9 @@ from course_lib.tasks import judge_all, run_all
 
 
 def both_wrong(raw, encoding):
-    """65535 believed, and SUN's bits not rotated; TUM is right."""
+    """65535 believed, and SUN's bits shifted, not rotated; TUM is right."""
+    if encoding == "sun":
+        raw = raw >> 3
     return raw / (5000 if encoding == "tum" else 1000)
 
 
@@ -29,7 +31,7 @@ def judged(function):
 
 def test_each_mistake_is_named() -> None:
     result = judged(both_wrong)
-    assert {m.name for m in result.recognised} == {"65535 believed", "SUN not rotated"}
+    assert {m.name for m in result.recognised} == {"65535 believed", "SUN shifted, not rotated"}
     assert ", and in another case like " in result.looks_like
 
 

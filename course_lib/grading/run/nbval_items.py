@@ -243,7 +243,8 @@ def _outcomes(told: Any, count: int) -> list[tasks.Outcome] | None:
         if not isinstance(item, dict) or item.get("kind") not in KINDS:
             return None
         texts = [item.get(key, "") for key in ("trouble", "printed", "warned")]
-        if not all(isinstance(text, str) for text in texts):
+        overwrote = item.get("overwrote", [])
+        if not isinstance(overwrote, list) or not all(isinstance(text, str) for text in (*texts, *overwrote)):
             return None
         answer = None
         if item["kind"] == "answer":
@@ -254,7 +255,7 @@ def _outcomes(told: Any, count: int) -> list[tasks.Outcome] | None:
         trouble, printed, warned = (text[:MOST_TEXT] for text in texts)
         if item["kind"] != "answer" and not trouble:
             trouble = "It gave no answer and no reason."
-        outcomes.append(tasks.Outcome(item["kind"], answer, trouble, printed, warned))
+        outcomes.append(tasks.Outcome(item["kind"], answer, trouble, printed, warned, tuple(overwrote)))
     return outcomes
 
 

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from course_lib.tasks.core import Case, Task, Verdict, lowest
-from course_lib.tasks.diagnosis.forms import NAN_ALWAYS, of_gaps
-from course_lib.tasks.diagnosis.named_errors import ALL_ZERO, SIGN_IN_SOME, Found, all_zero, part_of
-from course_lib.tasks.plain import Plain, describe, same
+from course_lib.tasks.diagnosis.forms import of_gaps
+from course_lib.tasks.diagnosis.named_errors import ALL_ZERO, SIGN_IN_SOME, Found, part_of
+from course_lib.tasks.plain import Plain
 from course_lib.tasks.wording import quantity
 
 VAGUE = ("scattered", "a part only")
@@ -36,7 +36,14 @@ def anatomy(task: Task, cases: Sequence[Case], answers: Sequence[Plain], verdict
         found = "only in one case", f"Only one case is wrong, “{name}”; the other {len(verdicts) - 1} are right."
         more = _of_cases(cases, answers, [failed[0]], verdicts) if told else None
         return found if more is None or more[0] in VAGUE else (found[0], f"{found[1]} {more[1]}")
-    return found or (_of_cases(cases, answers, told, verdicts) if told else None)
+    found = found or (_of_cases(cases, answers, told, verdicts) if told else None)
+    if found is None or found[0] != "scattered" or len(failed) == len(verdicts) or task.kind == "open":
+        return found
+    names = " and ".join(f"“{cases[i].name or f'number {i + 1}'}”" for i in failed)
+    return "only in some cases", (
+        f"{len(failed)} of {len(verdicts)} cases are wrong, {names}; the others are right: what do the wrong ones have "
+        "in common?"
+    )
 
 
 def _of_cases(
@@ -48,22 +55,6 @@ def _of_cases(
         return None
     worst = max(range(len(some)), key=lambda k: verdicts[some[k]].ratio)
     return _of_arrays(pairs, worst, verdicts[some[worst]].unit)
-
-
-def always_the_same(cases: Sequence[Case], answers: Sequence[Plain]) -> Found | None:
-    """Whether a function gives one answer whatever it is given, where three cases or more have different truths."""
-    if len(answers) < 3 or any(answer is None for answer in answers) or not all("truth" in c.hidden for c in cases):
-        return None
-    if all_zero(answers):
-        return ALL_ZERO
-    if all(same(answer, answers[0], 1e-12) for answer in answers) and not all(
-        same(case.truth, cases[0].truth, 1e-12) for case in cases
-    ):
-        if isinstance(answers[0], float) and math.isnan(answers[0]):
-            return NAN_ALWAYS
-        value = f", {describe(answers[0])}" if isinstance(answers[0], (int, float, str)) else ""
-        return "always the same", f"The answer is the same{value} in every case, whatever the function is given."
-    return None
 
 
 def _numbers(answer: Plain, truth: Plain) -> tuple[np.ndarray, np.ndarray] | None:

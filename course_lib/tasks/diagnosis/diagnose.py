@@ -11,9 +11,9 @@ import numpy as np
 
 from course_lib.tasks.core import Case, Misconception, Task, Verdict
 from course_lib.tasks.diagnosis.agreement import near, same_kind
-from course_lib.tasks.diagnosis.anatomy import always_the_same, anatomy
+from course_lib.tasks.diagnosis.anatomy import anatomy
 from course_lib.tasks.diagnosis.forms import COUNTS, form_problem, gap_problem
-from course_lib.tasks.diagnosis.named_errors import part_of
+from course_lib.tasks.diagnosis.named_errors import always_the_same, part_of
 from course_lib.tasks.diagnosis.recognition import Wrong, known_of, recognise, recognise_several, wrong_of
 from course_lib.tasks.diagnosis.slips import Slip, answer_slips, input_slips
 from course_lib.tasks.plain import Plain, same
@@ -47,6 +47,15 @@ class Diagnosis:
         return self.names if self.says and self.kind != "anatomy" else ()
 
 
+ONLY_OVERWRITTEN = Diagnosis(
+    "slip",
+    ("input overwritten",),
+    "The answers themselves are right. What is taken away in place and added again comes back rounded, so that is no "
+    "way out.",
+)
+"""What is told of right answers that changed what they were given."""
+
+
 def diagnose(
     task: Task,
     cases: Sequence[Case],
@@ -58,11 +67,14 @@ def diagnose(
 
     Parameters
     ----------
+    verdicts : on the answers alone, whatever became of the inputs.
     reference : a right function of this task, to try slips of the inputs on; without it those are tried whose answers
         are kept (`public_answers`).
     """
-    if all(verdict.passed for verdict in verdicts) or task.kind == "explain":
+    if task.kind == "explain":
         return None
+    if all(verdict.passed for verdict in verdicts):
+        return ONLY_OVERWRITTEN if task.keeps_inputs and any(outcome.overwrote for outcome in outcomes) else None
     mistakes = recognise(task, cases, outcomes, verdicts)
     form = None if mistakes else _form(cases, outcomes, verdicts)
     if form and form.names[0] not in COUNTS:
@@ -83,11 +95,15 @@ def diagnose(
 
 def _form(cases: Sequence[Case], outcomes: Sequence[Outcome], verdicts: Sequence[Verdict]) -> Diagnosis | None:
     """What is wrong with the form of the first answer that is refused for it and of which something can be said."""
-    for case, outcome, verdict in zip(cases, outcomes, verdicts, strict=True):
-        if outcome.kind == "answer" and not verdict.passed and not math.isfinite(verdict.error):
-            found = form_problem(outcome.answer, case.hidden.get("truth"))
-            if found:
-                return Diagnosis("form", (found[0],), found[1])
+    refused = [
+        (outcome.answer, case.hidden.get("truth", case.hidden.get("form")))
+        for case, outcome, verdict in zip(cases, outcomes, verdicts, strict=True)
+        if outcome.kind == "answer" and not verdict.passed and not math.isfinite(verdict.error)
+    ]
+    for i, (answer, truth) in enumerate(refused):
+        found = form_problem(answer, truth, refused[:i] + refused[i + 1 :])
+        if found:
+            return Diagnosis("form", (found[0],), found[1])
     return None
 
 

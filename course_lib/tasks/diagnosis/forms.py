@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -14,20 +14,21 @@ COUNTS = ("rows dropped", "rows too many")
 _OF_A_MOTION = {(3, 4): "The upper three rows", (3, 3): "The rotation alone", (3,): "Three numbers"}
 
 
-def form_problem(answer: Plain, truth: Plain) -> tuple[str, str] | None:
+def form_problem(answer: Plain, truth: Plain, others: Sequence[tuple[Plain, Plain]] = ()) -> tuple[str, str] | None:
     """The name of what is wrong with the form of an answer and a sentence about it, or None.
 
     Parameters
     ----------
     answer : plain, refused by the judge or far off.
-    truth : the true answer.
+    truth : the true answer, or one of its form.
+    others : the same of other cases; what helps here must help there, too.
     """
     if isinstance(truth, Mapping) and isinstance(answer, Mapping):
         return _of_dict(answer, truth)
     if isinstance(answer, Mapping) and not isinstance(truth, Mapping):
         return "a dict", f"A dict came back where {_kind(truth)} is asked: return the value itself."
     if isinstance(truth, np.ndarray) or (isinstance(truth, list) and truth and not isinstance(truth[0], str)):
-        return _of_array(answer, np.asarray(truth))
+        return _of_array(answer, np.asarray(truth), others)
     if isinstance(truth, (int, float)) and not isinstance(truth, bool):
         return _of_number(answer, truth)
     return None
@@ -91,7 +92,10 @@ def of_gaps(a: np.ndarray, t: np.ndarray) -> tuple[str, str] | None:
             "division by 0, or 0 / 0?",
         )
     if lost.any():
-        return "holes moved", "The places of NaN are wrong: rows and columns, or the order, may be exchanged."
+        return "holes moved", (
+            "NaN stands in other places than it should: numbers come from elsewhere, as when rows and columns, an "
+            "order or a step from one to the next is wrong."
+        )
     endless = np.isinf(a) & ~np.isinf(t)
     if endless.any():
         return (
@@ -142,7 +146,7 @@ def _of_number(answer: Plain, truth: float) -> tuple[str, str] | None:
     return None
 
 
-def _of_array(answer: Plain, truth: np.ndarray) -> tuple[str, str] | None:
+def _of_array(answer: Plain, truth: np.ndarray, others: Sequence[tuple[Plain, Plain]]) -> tuple[str, str] | None:
     if isinstance(answer, (int, float)) and not isinstance(answer, bool):
         if truth.ndim and truth.size > 1:
             return "axis forgotten", (
@@ -186,7 +190,7 @@ def _of_array(answer: Plain, truth: np.ndarray) -> tuple[str, str] | None:
         return f"points for {'a mask' if truth.dtype.kind == 'b' else 'row numbers'}", (
             f"Points came back ({got[0]:,}) where {what} is asked: return what you chose them by, not the points."
         )
-    return _of_shape(answer, truth)
+    return _of_shape(answer, truth, others)
 
 
 def _joined(answer: list, truth: np.ndarray) -> tuple[str, str] | None:
@@ -209,7 +213,16 @@ def _joined(answer: list, truth: np.ndarray) -> tuple[str, str] | None:
     return None
 
 
-def _of_shape(answer: np.ndarray, truth: np.ndarray) -> tuple[str, str] | None:
+def _refits(answer: Plain, truth: Plain) -> bool:
+    """Whether a reshape alone makes the true answer of it."""
+    try:
+        a, t = np.asarray(answer, float), np.asarray(truth, float)
+    except (ValueError, TypeError):
+        return False
+    return a.size == t.size and np.allclose(a.reshape(t.shape), t, rtol=1e-3, atol=1e-6, equal_nan=True)
+
+
+def _of_shape(answer: np.ndarray, truth: np.ndarray, others: Sequence[tuple[Plain, Plain]]) -> tuple[str, str] | None:
     got, asked = answer.shape, truth.shape
     if asked == (4, 4) and got in _OF_A_MOTION:
         return "part of a motion", f"{_OF_A_MOTION[got]} came back where one 4x4 is asked: fill np.eye(4) with R and t."
@@ -218,8 +231,10 @@ def _of_shape(answer: np.ndarray, truth: np.ndarray) -> tuple[str, str] | None:
         return "axes in another order", f"The axes stand in another order: {got} for {asked}; use {call}, not reshape."
     if answer.size == truth.size:
         name = "one axis too many" if len(got) > len(asked) else "one axis too few"
-        fits = np.allclose(answer.reshape(asked), truth, rtol=1e-3, atol=1e-6, equal_nan=truth.dtype.kind == "f")
-        ends = f".reshape{asked} puts them so." if fits else "a reshape alone does not put them in order."
+        ends = "a reshape alone does not put them in order."
+        if all(_refits(a, t) for a, t in ((answer, truth), *others)):
+            same_sizes = all(np.shape(t) == asked for _, t in others)
+            ends = f".reshape{asked} puts them so{'.' if same_sizes else ' here; other cases have other sizes.'}"
         return name, f"The numbers stand in {got} where {asked} is asked: {ends}"
     if len(got) == len(asked) and got[1:] == asked[1:]:
         if got[0] < asked[0]:
@@ -229,7 +244,7 @@ def _of_shape(answer: np.ndarray, truth: np.ndarray) -> tuple[str, str] | None:
             )
         return (
             "rows too many",
-            f"{got[0]:,} came back where {asked[0]:,} are asked: {got[0] - asked[0]:,} do not belong to it.",
+            f"{got[0]:,} came back where {asked[0]:,} are asked: not all of them belong to it.",
         )
     if len(got) == len(asked) and got[:-1] == asked[:-1]:
         return "other columns", f"Each row holds {got[-1]} numbers where {asked[-1]} are asked."

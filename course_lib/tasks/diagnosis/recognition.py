@@ -95,7 +95,8 @@ def recognise_several(
     """Two mistakes at once: what explains the failed cases one by one, each contradicted by no case that is right.
 
     Nothing if one case stays unexplained, or if all are explained by one alone (which another case then contradicts),
-    or if more than two would be needed: so many explain anything.
+    or if more than two would be needed: so many explain anything. Of several that explain a case, the one that is wrong
+    in the fewest cases is named.
     """
     found: dict[str, Misconception] = {}
     for case, outcome, verdict in zip(cases, outcomes, verdicts, strict=True):
@@ -111,7 +112,8 @@ def recognise_several(
         if not fit:
             return ()
         if not any(m.name in found for m in fit):
-            found[fit[0].name] = fit[0]
+            simplest = min(fit, key=lambda m: sum(wrong_answer(task, m.source, c).far for c in cases))
+            found[simplest.name] = simplest
     return tuple(found.values()) if len(found) == 2 else ()
 
 

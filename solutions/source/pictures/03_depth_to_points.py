@@ -6,7 +6,7 @@ import numpy as np
 
 from course_lib.camera.pinhole import PinholeCamera
 from course_lib.notebook import data
-from course_lib.tasks.labs.lab_03_depth_to_points.mistakes import CAUSE_OF
+from course_lib.tasks.labs.lab_03_depth_to_points.causes import CAUSE_OF
 
 FRAME = 15  # of task 3
 WHICH_FRAME, WHICH_ROW = 4, 150  # of task 4

@@ -10,7 +10,7 @@ from course_lib import tasks
 from course_lib.tasks.core import Case, Misconception, Task
 from course_lib.tasks.judges import judge_array
 from course_lib.tasks.kinds import which_cause
-from course_lib.tasks.labs.lab_03_depth_to_points.mistakes import CAUSES, SIGNS, which_mistakes
+from course_lib.tasks.labs.lab_03_depth_to_points.causes import CAUSES, SIGNS, which_mistakes
 from course_lib.tasks.labs.lab_03_depth_to_points.parts import deproject_anatomy
 from course_lib.tasks.labs.lab_03_depth_to_points.tasks import POINT_TOLERANCE, surface, with_holes
 from course_lib.tasks.plain import Plain

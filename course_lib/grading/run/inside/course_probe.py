@@ -26,6 +26,7 @@ def answer(nonce, function):
             "trouble": outcome.trouble,
             "printed": outcome.printed,
             "warned": outcome.warned,
+            "overwrote": list(outcome.overwrote),
         }
         for outcome in run_all(function, [Case(from_wire(bytes(case))) for case in given])
     ]

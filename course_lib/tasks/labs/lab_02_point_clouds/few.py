@@ -83,6 +83,21 @@ MISTAKES = (
         variants=(_farthest("distances"), *(_farthest("distances", spare) for spare in _SPARED)),
     ),
     Misconception(
+        "the kept one again",
+        "the kept point chosen again and again: argmin takes the one that is best served, which is a kept one; argmax "
+        "takes the one that needs it most",
+        _farthest("np.minimum(distances, new)").replace("argmax", "argmin"),
+        alike=("one length for all",),
+    ),
+    Misconception(
+        "one length for all",
+        "one length for all points, or one for each column, so that row 0 is the farthest: np.linalg.norm gives a "
+        "length for each row with axis=1",
+        _farthest("np.minimum(distances, new)").replace(", axis=1", ""),
+        alike=("the kept one again",),
+        variants=(_farthest("np.minimum(distances, new)").replace("axis=1", "axis=0"),),
+    ),
+    Misconception(
         "the nearest next",
         "the point that is best served chosen next: the one with the largest distance needs it most (argmax)",
         _farthest("np.minimum(distances, new)", "        distances[rows] = np.inf\n").replace("argmax", "argmin"),
@@ -106,9 +121,12 @@ _KEPT = 60
 
 
 def _cases(rng: np.random.Generator) -> list[Case]:
-    return [Case({"points": _shape(rng), "n": _KEPT}, {}, "a bumpy shape, denser on one side")]
+    form = {"form": np.arange(_KEPT)}
+    return [Case({"points": _shape(rng), "n": _KEPT}, form, "a bumpy shape, denser on one side")]
 
 
+BARE = 0.15
+"""Metres at an end of the shape without a kept point that are called a bare side; its length is about 0.5."""
 BANDS = ((0.065, 1.0), (0.080, 2 / 3), (0.100, 1 / 3))  # metres
 
 
@@ -125,7 +143,7 @@ def _judge(case: Case, answer: Plain) -> Verdict:
     rows = np.asarray(answer, int)
     if len(np.unique(rows)) < n or rows.min() < 0 or rows.max() >= len(points):
         twice = n - len(np.unique(rows))
-        why = f" ({twice} stand there again: keep the distance to all that are chosen)" if twice else ""
+        why = f" ({twice} of these came before)" if twice else ""
         words = f"The row numbers must be {n} different ones from 0 to {len(points) - 1}{why}."
         return refuse(words, BANDS[0][0], "m")
     return judge_band(coverage(points, rows), BANDS, "m", what="the loneliest point's distance")
@@ -141,13 +159,20 @@ def _distance(case: Case, a: Plain, b: Plain) -> float:
 
 
 def _how_spread(case: Case, answer: Plain) -> tuple[str, str] | None:
-    """How chosen points lie: in clumps, or as dense as the cloud."""
+    """How chosen points lie: in clumps, not on one side, or as dense as the cloud."""
     points, rows = np.asarray(case.given["points"]), np.asarray(answer, int)
     apart = float(np.median(cKDTree(points[rows]).query(points[rows], 2)[0][:, 1]))
     if coverage(points, rows) > 15 * apart:
         return "in clumps", (
             f"The chosen points lie in clumps: half of them have another within {quantity(apart, 'm')}. A new one must "
             "be far from all that are chosen: keep for every point the smallest distance to any of them (np.minimum)."
+        )
+    bare = np.stack([points[rows].min(axis=0) - points.min(axis=0), points.max(axis=0) - points[rows].max(axis=0)])
+    side, axis = np.unravel_index(np.argmax(bare), bare.shape)
+    if bare.max() > BARE:
+        return "a side left bare", (
+            f"No point is kept in the {'last' if side else 'first'} {quantity(float(bare.max()), 'm')} of the shape "
+            f"along {'xyz'[axis]}: a whole side is bare. Was a list that is sorted by place cut off after {len(rows)}?"
         )
     spacing = cKDTree(points).query(points, 11)[0][:, -1]
     rank = np.mean(np.searchsorted(np.sort(spacing), spacing[rows])) / len(points)

@@ -30,10 +30,26 @@ MISTAKES = (
     ),
     Misconception(
         "the last column lost",
-        "width // step columns kept: columns 0, step, 2 · step, … below `width` are one more where `step` does not "
-        "divide it",
+        "width / step rounded down or to the nearest: a part of a step at the end of a row keeps one more column, so "
+        "the kept columns are rounded up",
         _ROW + "v // step * (width // step) + u // step\n",
         variants=(_ROW + "v // step * round(width / step) + u // step\n",),
+    ),
+    Misconception(
+        "column 0 forgotten",
+        "(width - 1) // step columns kept: so many come after column 0, which is kept, too: add 1",
+        _ROW + "v // step * ((width - 1) // step) + u // step\n",
+    ),
+    Misconception(
+        "rounded too late",
+        "width / step multiplied before it is rounded: a row of the list has a whole number of points, so round the "
+        "kept columns up first, and multiply then",
+        _ROW + "int(v / step * (width / step) + u / step)\n",
+        variants=(
+            _ROW + "math.ceil(v / step * (width / step) + u / step)\n",
+            _ROW + "round(v / step * (width / step) + u / step)\n",
+            _ROW + "v / step * (width / step) + u / step\n",
+        ),
     ),
     Misconception(
         "one column too many",

@@ -10,10 +10,14 @@ from course_lib.tasks.judges import judge_array
 _HEAD = "def read_points(data, height, width, point_step, row_step, offsets, big_endian):\n"
 
 
+_ROWS = "data.reshape(height, row_step)[:, :width * point_step].reshape(height * width, point_step)"
+_ORDER = "'>f4' if big_endian else '<f4'"
+
+
 def _reader(
-    rows: str = "data.reshape(height, row_step)[:, :width * point_step].reshape(height * width, point_step)",
+    rows: str = _ROWS,
     fields: str = "[rows[:, at:at + 4] for at in offsets]",
-    order: str = "'>f4' if big_endian else '<f4'",
+    order: str = _ORDER,
     answer: str = "points",
 ) -> str:
     return (
@@ -25,7 +29,7 @@ def _reader(
     )
 
 
-def _one_by_one(start: str, order: str = "'>f4' if big_endian else '<f4'") -> str:
+def _one_by_one(start: str, order: str = _ORDER) -> str:
     """A reader that goes from point to point and reads three floats there; `start` is where that of a pixel begins."""
     return (
         f"{_HEAD}    data = data.tobytes()\n"
@@ -38,9 +42,13 @@ _POINT_AT = "v * row_step + u * point_step + offsets[0]"
 MISTAKES = (
     Misconception(
         "the lesson's own code",
-        "the lesson's reader of one point for every pixel: here y and z have offsets of their own, and the numbers may "
-        "be big-endian",
+        "the lesson's reader: here rows have padding, y and z have offsets of their own, and the numbers may be "
+        "big-endian",
         _one_by_one(_POINT_AT, "'<f4'"),
+        variants=(
+            f"{_HEAD}    rows = np.frombuffer(data, np.uint8).reshape(-1, point_step)\n"
+            "    return np.ascontiguousarray(rows[:, :12]).view('<f4')\n",
+        ),
     ),
     Misconception(
         "y and z right behind x",
@@ -57,6 +65,33 @@ MISTAKES = (
         "offsets in floats",
         "offsets divided by 4, as if they counted floats: they count bytes, as slices of `data` do",
         _reader(fields="[rows[:, at // 4:at // 4 + 4] for at in offsets]"),
+    ),
+    Misconception(
+        "offsets times 4",
+        "offsets multiplied by 4, as if they counted floats: they count bytes, as slices of `data` do",
+        f"{_HEAD}    data = data.tobytes() + bytes(400)\n"
+        f"    kind = {_ORDER}\n"
+        "    starts = [v * row_step + u * point_step for v in range(height) for u in range(width)]\n"
+        "    return np.array([[np.frombuffer(data, kind, 1, s + 4 * at)[0] for at in offsets] for s in starts])\n",
+    ),
+    Misconception(
+        "whole points as floats",
+        "whole points viewed as floats, and every fourth byte counted: a field may begin at any byte, and `point_step` "
+        "need not be a multiple of 4: cut out the 4 bytes at each offset first",
+        f"{_HEAD}    rows = np.ascontiguousarray({_ROWS})\n"
+        f"    return rows.view({_ORDER})[:, np.asarray(offsets) // 4]\n",
+    ),
+    Misconception(
+        "astype for view",
+        "each byte made a number of its own: astype converts values, .view reads four bytes as one float",
+        f"{_HEAD}    rows = {_ROWS}\n    return np.hstack([rows[:, at:at + 4].astype({_ORDER}) for at in offsets])\n",
+        variants=(f"{_HEAD}    rows = {_ROWS}\n    return rows[:, offsets].astype(float)\n",),
+    ),
+    Misconception(
+        "one after the other",
+        "all x, then all y, then all z, cut into rows of three: put them side by side, as columns (np.hstack), not one "
+        "after the other",
+        _reader(answer="np.concatenate(columns).reshape(-1, 3).astype(float)"),
     ),
     Misconception(
         "12 bytes a point",
@@ -94,6 +129,27 @@ MISTAKES = (
         _reader(rows="data[:height * width * point_step].reshape(height * width, point_step)"),
     ),
     Misconception(
+        "padding cut off in front",
+        "padding cut off at the beginning of each row: it stands at its end, behind the last point",
+        _reader(
+            rows="data.reshape(height, row_step)[:, row_step - width * point_step:].reshape(-1, point_step)",
+        ),
+    ),
+    Misconception(
+        "padding taken for points",
+        "as many points read from a row as fit into `row_step`: a row has `width` points, and what follows is padding, "
+        "however long",
+        _reader(
+            rows="data.reshape(height, row_step)[:, :row_step // point_step * point_step].reshape(-1, point_step)",
+        ),
+    ),
+    Misconception(
+        "whole points turned round",
+        "all bytes of a point turned round, which moves its fields, too: only the four bytes of each float stand in "
+        "the other order, as '>f4' reads them",
+        _reader(rows=f"{_ROWS}[:, ::-1 if big_endian else 1]", order="'<f4'"),
+    ),
+    Misconception(
         "byte order ignored",
         "big-endian bytes read as little-endian, which gives absurd numbers: use '>f4' where big_endian is True",
         _reader(order="'<f4'"),
@@ -111,7 +167,7 @@ def _cases(rng: np.random.Generator) -> list[Case]:
     for name, step, row_padding, offsets, big in (
         ("points packed tightly", 12, 0, (0, 4, 8), False),
         ("PointXYZ with 4 bytes of padding, two points not measured", 16, 0, (0, 4, 8), False),
-        ("x behind 8 bytes of other fields, rows with padding", 28, 20, (8, 12, 16), False),
+        ("x behind 5 bytes of other fields, rows with as much padding as a point", 28, 28, (5, 12, 18), False),
         ("big-endian numbers", 16, 0, (0, 4, 8), True),
         ("z first, and another field between x and y", 22, 10, (4, 12, 0), False),
     ):
@@ -146,7 +202,7 @@ TASK = Task(
     id="02-2",
     title="Points out of bytes",
     points=3,
-    version=3,
+    version=4,
     kind="real",
     signature="def read_points(data, height, width, point_step, row_step, offsets, big_endian)",
     cases=_cases,

@@ -82,7 +82,16 @@ MISTAKES = (
         "one pose undone, as in the lesson: here two poses lie between the world and a camera, and points are asked, "
         "those of each camera",
         _LESSON + "    return back\n",
-        variants=(_LESSON + "    return points @ back[:3, :3].T + back[:3, 3]\n",),
+        variants=(
+            _LESSON + "    return points @ back[:3, :3].T + back[:3, 3]\n",
+            _each(_CAMERA, "np.vstack([np.column_stack([R.T, -R.T @ t]), [0, 0, 0, 1]])"),
+            _each(_CAMERA, "np.linalg.inv(T)[:3]"),
+        ),
+    ),
+    Misconception(
+        "number by number",
+        "poses multiplied number by number: * does so, the poses of a chain are multiplied with @",
+        _each("T_world_robot * T_robot_camera", "(points - t) @ R"),
     ),
     Misconception(
         "robot left out",
@@ -103,8 +112,10 @@ MISTAKES = (
     ),
     Misconception(
         "only the first camera",
-        "the points of one camera: an array of (K, N, 3) is asked, for each of the K cameras its own",
+        "the points of one camera: (K, N, 3) is asked, for each of the K cameras its own; does `return` stand inside "
+        "the loop?",
         f"{_HEAD}    T = T_world_robot @ T_robot_cameras[0]\n    return (points - T[:3, 3]) @ T[:3, :3]\n",
+        variants=(_each(_CAMERA, "(points - t) @ R").replace("    return", "        return"),),
     ),
     Misconception(
         "not undone",
@@ -195,12 +206,13 @@ TASK = Task(
     id="02-3",
     title="Mend the way back",
     points=2,
-    version=3,
+    version=4,
     kind="mend",
     signature="def invert(T_world_robot, T_robot_cameras, points)",
     cases=_cases,
     judge=lambda case, answer: judge_array(answer, case.truth, TOLERANCE, "m", axes="xyz", what="the point"),
     misconceptions=MISTAKES,
     anatomy=_which_part,
+    keeps_inputs=True,
     where="lesson 02, section 5 (frames and transforms) and Break it",
 )

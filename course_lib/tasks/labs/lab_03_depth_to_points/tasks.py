@@ -18,16 +18,11 @@ from course_lib.tasks.judges import (
     worst_of,
 )
 from course_lib.tasks.kinds import in_words, which_cause
+from course_lib.tasks.labs.lab_03_depth_to_points.causes import CAUSE_OF, CAUSES, SIGNS, which_mistakes
 from course_lib.tasks.labs.lab_03_depth_to_points.estimate_mistakes import ESTIMATE_MISTAKES
 from course_lib.tasks.labs.lab_03_depth_to_points.focal_mistakes import FOCAL_MISTAKES
 from course_lib.tasks.labs.lab_03_depth_to_points.mend_mistakes import MEND_MISTAKES
-from course_lib.tasks.labs.lab_03_depth_to_points.mistakes import (
-    CAUSE_OF,
-    CAUSES,
-    DEPROJECT_MISTAKES,
-    SIGNS,
-    which_mistakes,
-)
+from course_lib.tasks.labs.lab_03_depth_to_points.mistakes import DEPROJECT_MISTAKES
 from course_lib.tasks.labs.lab_03_depth_to_points.parts import (
     cloud_anatomy,
     deproject_anatomy,

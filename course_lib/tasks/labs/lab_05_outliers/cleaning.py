@@ -1,4 +1,4 @@
-"""Task 5 of lab 05: clean a desk that has every kind of outlier."""
+"""Task 5 of lab 05: clean a desk in a deep room, where no one length fits."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from course_lib.cloud import clusters, outliers
 from course_lib.tasks.core import Case, Misconception, Verdict
 from course_lib.tasks.judges import judge_band, judge_labels
-from course_lib.tasks.labs.lab_05_outliers.small_desk import FLYING, SURFACE, THIN, small_desk
+from course_lib.tasks.labs.lab_05_outliers.deep_desk import FLYING, SURFACE, THIN, deep_desk
 from course_lib.tasks.plain import Plain
 
 _CLEAN_BANDS = ((97.0, 1.0), (90.0, 0.75), (80.0, 0.5), (60.0, 0.25))  # F1, per cent
@@ -20,7 +20,7 @@ _THIN_LEAST = 0.95  # of the thin points must stay, or the lowest band is the mo
 
 
 def desk(rng: np.random.Generator) -> Case:
-    points, kinds = small_desk(rng)
+    points, kinds = deep_desk(rng)
     return Case({"points": points}, {"truth": kinds < FLYING, "kinds": kinds}, f"a desk of {len(points):,} points")
 
 
@@ -55,7 +55,7 @@ def _by_kind(keep: np.ndarray, kinds: np.ndarray) -> str:
     return f"Left in: {', '.join(left[2:])}. Wrongly removed: {', '.join(removed[:2])}."
 
 
-_ALIKE = np.array([0.02, 0.12, 0.15, 0.2, 0.07])  # shares by kind: two masks that differ less made the same mistake
+_ALIKE = np.array([0.01, 0.12, 0.06, 0.2, 0.04])  # shares by kind: two masks that differ less made the same mistake
 
 
 def clean_distance(case: Case, a: Plain, b: Plain) -> float:
@@ -76,92 +76,141 @@ def clean_distance(case: Case, a: Plain, b: Plain) -> float:
 
 
 def guess_clean(rng: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:
-    """One of the lesson's three filters with settings drawn at random."""
-    which = int(rng.integers(3))
+    """One of the lesson's filters, or its pipeline, with settings drawn at random."""
+    which = int(rng.integers(4))
     k, ratio = int(rng.integers(2, 40)), float(rng.uniform(0.2, 3))
     radius, least = float(np.exp(rng.uniform(np.log(0.003), np.log(0.1)))), int(rng.integers(1, 30))
-    size = int(np.exp(rng.uniform(0, np.log(3000))))
+    size, medians = int(np.exp(rng.uniform(0, np.log(3000)))), float(rng.uniform(2, 8))
 
     def clean(points: np.ndarray) -> np.ndarray:
         if which == 0:
             return outliers.keep_by_statistics(points, k, ratio)
         if which == 1:
             return outliers.keep_by_radius(points, radius, least)
-        return clusters.euclidean_clusters(points, radius, size) >= 0
+        keep = clusters.euclidean_clusters(points, radius, size) >= 0
+        if which == 3:
+            mean = outliers.mean_distances(points, 8)
+            keep &= mean < medians * np.median(mean)
+        return keep
 
     return clean
 
 
-def _clean(body: str) -> str:
+_IN_PIXELS = "np.column_stack([points[:, :2] / points[:, 2:], np.log(points[:, 2:])]) * 110"
+
+
+def _clean(body: str, where: str = _IN_PIXELS) -> str:
+    """Learner code; `at` are the points where they are compared, `size(at, reach)` the sizes of islands."""
     return (
         "import numpy as np\nfrom scipy.spatial import cKDTree\nfrom scipy.sparse import coo_array\n"
         "from scipy.sparse.csgraph import connected_components\n"
-        f"def clean(points):\n{body}"
+        "def size(at, reach):\n"
+        "    pairs = cKDTree(at).query_pairs(reach, output_type='ndarray')\n"
+        "    ones = np.ones(len(pairs))\n"
+        "    graph = coo_array((ones, (pairs[:, 0], pairs[:, 1])), shape=(len(at), len(at)))\n"
+        "    label = connected_components(graph, directed=False)[1]\n"
+        "    return np.bincount(label)[label]\n"
+        "def distances(at, k):\n"
+        "    return cKDTree(at).query(at, k + 1)[0][:, 1:].mean(axis=1)\n"
+        "def clean(points):\n"
+        f"    at = {where}\n"
+        f"{body}"
     )
 
 
-_CLUSTERS = ("    pairs = cKDTree(points).query_pairs(0.0135, output_type='ndarray')\n"
-             "    ones = np.ones(len(pairs))\n"
-             "    graph = coo_array((ones, (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))\n"
-             "    label = connected_components(graph, directed=False)[1]\n"
-             "    size = np.bincount(label)[label]\n")  # fmt: skip
+def _islands(reach: float, least: int, where: str = _IN_PIXELS) -> str:
+    return _clean(f"    return size(at, {reach}) >= {least}\n", where)
 
 
 def _statistics(k: int, ratio: float) -> str:
-    return _clean(f"    d = cKDTree(points).query(points, {k + 1})[0][:, 1:].mean(axis=1)\n"
-                  f"    return d < d.mean() + {ratio} * d.std(ddof=1)\n")  # fmt: skip
+    return _clean(f"    d = distances(at, {k})\n    return d < d.mean() + {ratio} * d.std(ddof=1)\n", "points")
+
+
+def _medians(k: int, most: float, where: str) -> str:
+    return _clean(f"    d = distances(at, {k})\n    return d < {most} * np.median(d)\n", where)
+
+
+def _pipeline(reach: float, least: int, medians: float) -> str:
+    keep = f"(size(at, {reach}) >= {least}) & (d < {medians} * np.median(d))"
+    return _clean(f"    d = distances(at, 8)\n    return {keep}\n", "points")
 
 
 def _radius(radius: float, least: int) -> str:
-    return _clean(f"    return cKDTree(points).query_ball_point(points, {radius}, return_length=True) > {least}\n")
+    return _clean(f"    return cKDTree(at).query_ball_point(at, {radius}, return_length=True) > {least}\n", "points")
 
 
 def _statistics_after(ratio: float) -> str:
-    return _clean(_CLUSTERS + "    keep = size >= 250\n"
-                  "    d = cKDTree(points[keep]).query(points[keep], 9)[0][:, 1:].mean(axis=1)\n"
+    return _clean("    keep = size(at, 4) >= 300\n"
+                  "    d = distances(at[keep], 8)\n"
                   f"    keep[keep] = d < d.mean() + {ratio} * d.std(ddof=1)\n"
                   "    return keep\n")  # fmt: skip
 
 
 CLEAN_MISTAKES = (
     Misconception(
-        "the report's settings",
-        "a statistical filter with a ratio as large as 2: it finds strays, never a dense reflection and hardly a "
-        "flying pixel; use islands",
+        "the lesson's own code",
+        "one length in metres for all depths, as on the lesson's desk: what is near hangs together, and the far wall, "
+        "whose points are farther apart than that, falls to pieces; here reach and threshold must grow with z",
+        _pipeline(0.025, 500, 3.5),
+        variants=(_islands(0.025, 500, "points"),),
+    ),
+    Misconception(
+        "a loose threshold",
+        "a threshold on distances in metres that is loose enough for the far wall: near by it lets everything pass, "
+        "the reflection and most flying pixels; measure in pixels at each depth, and use islands",
         _statistics(20, 2.0),
-        variants=(_statistics(8, 2.0),),
+        variants=(_statistics(8, 2.0), _medians(8, 3, "points")),
     ),
     Misconception(
-        "distances or counts alone",
-        "a filter of distances or of counts alone: it finds noise and some flying pixels, but the reflection is as "
-        "dense as a true surface; use islands",
+        "a threshold that fits near by",
+        "a distance or a count within a length that fits near by: at the far wall neighbours are farther apart, and it "
+        "goes; measure in pixels at each depth, and use islands",
+        _clean("    return distances(at, 8) < 0.015\n", "points"),
+        variants=(_radius(0.02, 8), _radius(0.04, 16)),
+    ),
+    Misconception(
+        "a tight ratio",
+        "a statistical filter with a small ratio: its threshold fits the middle of the room, so it takes a good part "
+        "of the far wall and leaves the reflection; measure in pixels at each depth, and use islands",
         _statistics(8, 0.25),
-        variants=(_radius(0.015, 4),),
     ),
     Misconception(
-        "a count that asks for many",
-        "a radius filter that asks for many neighbours: rod and cable have few by their nature, and go first; use "
-        "islands",
-        _radius(0.02, 8),
-        variants=(_radius(0.04, 16),),
+        "distances in pixels alone",
+        "distances in pixels, and nothing else: strays and most flying pixels go, but the reflection is as dense as a "
+        "true surface; it is an island, so ask how many points hang together",
+        _clean("    return distances(at, 8) < 3.5\n"),
+        variants=(_medians(8, 2.4, _IN_PIXELS),),
     ),
     Misconception(
         "true islands thrown away",
-        "islands of true points thrown away, too, the tray for one: use a least size between the mirrored patch and "
+        "islands of true points thrown away, too, the sign for one: use a least size between the mirrored patch and "
         "the smallest true thing",
-        _clean(_CLUSTERS + "    return size >= 500\n"),
-        variants=(_clean(_CLUSTERS + "    return label == np.bincount(label).argmax()\n"),),
+        _islands(4, 1500),
+        variants=(_islands(4, 1000),),
     ),
     Misconception(
         "least size too small",
         "clusters with a least size that is too small: strays go, but the mirrored patch is larger and stays",
-        _clean(_CLUSTERS + "    return size >= 100\n"),
-        variants=(_clean(_CLUSTERS.replace("0.0135", "0.014") + "    return size >= 5\n"),),
+        _islands(4, 100),
+        variants=(_islands(4, 10),),
+    ),
+    Misconception(
+        "reach too large",
+        "a reach longer than the gaps: flying pixels and the reflection are reached from what is true, and stay; it "
+        "must be longer than the spacing and shorter than the gap",
+        _islands(9, 300),
+        variants=(_islands(7, 300),),
+    ),
+    Misconception(
+        "reach too small",
+        "a reach so short that true surfaces fall to pieces: noise and a slanted view set points more than a pixel "
+        "apart; take a few pixels",
+        _islands(1.5, 300),
     ),
     Misconception(
         "statistics after the strays",
         "statistics taken after the strays were gone: the threshold shrank with them and cuts into what is true; "
-        "take a multiple of the median, or measure the whole cloud",
+        "stop after the islands, or measure the whole cloud",
         _statistics_after(0.5),
         variants=(_statistics_after(1.0),),
     ),
@@ -169,16 +218,19 @@ CLEAN_MISTAKES = (
         "kept and removed exchanged",
         "True for the points that should go, or cluster 0 taken for noise, which is the largest thing: the mask says "
         "what is kept",
-        _clean(_CLUSTERS + "    return size < 250\n"),
+        _clean("    return size(at, 4) < 300\n"),
     ),
     Misconception(
         "everything kept",
-        "a mask that keeps every point: nothing was removed",
+        "a mask that keeps every point: nothing was removed. Is a reach in pixels used on metres, or on directions "
+        "that lack depth or the focal length?",
         _clean("    return np.ones(len(points), bool)\n"),
+        variants=(_islands(4, 300, "points / points[:, 2:] * 110"),),
     ),
     Misconception(
         "everything removed",
-        "a mask that keeps no point: is a length in millimetres, or one below the spacing, among your settings?",
+        "a mask that keeps no point: is a length in millimetres, or a reach shorter than a pixel, among your settings?",
         _clean("    return np.zeros(len(points), bool)\n"),
+        variants=(_islands(0.9, 300),),
     ),
 )

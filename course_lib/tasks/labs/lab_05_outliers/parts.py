@@ -14,22 +14,22 @@ Part = tuple[str, str] | None
 
 def part_of_cut(case: Case, answer: Plain) -> Part:
     """Whether it is an edge at all, and what the bin holds that begins there."""
-    mean, wrong, edges = (case.given[name] for name in ("mean", "wrong", "edges"))
+    mean, wrong, edges, cost = (case.given[name] for name in ("mean", "wrong", "edges", "cost"))
     value = float(answer)
     if not np.isfinite(value):
         return None
     at = int(np.abs(edges - value).argmin())
     if abs(edges[at] - value) > 1e-5:
         where = (
-            "beyond all bins (the number of a bin, or millimetres?)"
+            "beyond all bins (the number of a bin, or another unit?)"
             if not edges[0] <= value <= edges[-1]
             else "no edge of a bin"
         )
-        return "not an edge", f"{quantity(value, 'm')} is {where}: return one of `edges`, that where the bin begins."
+        return "not an edge", f"{quantity(value, 'px')} is {where}: return one of `edges`, that where the bin begins."
     right = int(np.abs(edges - case.truth).argmin())
     inside = (mean >= edges[at]) & (mean < edges[min(at + 1, len(edges) - 1)])
     bad, good = int((inside & wrong).sum()), int((inside & ~wrong).sum())
-    holds = f"the bin that begins there holds {bad} wrong points and {good} true ones"
+    holds = f"the bin that begins there holds {bad} wrong points and {good} true ones, at {cost} each"
     if at < right:
         return "too early", f"That is {right - at} bins too early: {holds}."
     return "too late", f"That is {at - right} bins too late: {holds}, and in a bin before it wrong ones lead, too."
@@ -43,18 +43,17 @@ def part_of_radius(case: Case, answer: Plain) -> Part:
     off = got.astype(bool) != truth
     if off.all():
         return "all turned round", "True and False are exchanged everywhere."
-    points, radius, least = (case.given[name] for name in ("points", "radius", "least"))
+    points, others, radius, least = (case.given[name] for name in ("points", "others", "radius", "least"))
     if not off.any() or not 0 < got.sum() < len(got):
         return None
-    tree = cKDTree(points)
-    count = tree.query_ball_point(points, radius * (1 + 1e-9), return_length=True) - 1
-    apart = tree.query(points, 2)[0][:, 1]
+    tree = cKDTree(others)
+    count = tree.query_ball_point(points, radius * (1 + 1e-9), return_length=True)
+    apart = tree.query(points)[0]
     limit = np.abs(count[off] - least).max()
     if (apart[off] == 0).all() and (apart[~off] > 0).any() and off.sum() > 1:
-        return "only twins", "Only points are wrong that share their place with another: a twin is a neighbour, too."
+        return "only twins", "Only points are wrong at whose very place the other view has one, too: it is a neighbour."
     if limit <= 1:
-        more = "at least" if (count[off] == least).all() else "at least, with the point itself taken off once"
-        return "only at the limit", f"Only points are wrong that have about `least` neighbours: it is {more}."
+        return "only at the limit", "Only points are wrong that have about `least` neighbours: it is at least, and all."
     return None
 
 
@@ -75,8 +74,8 @@ def part_of_clean(case: Case, answer: Plain) -> Part:
         return "kept and removed exchanged", "Strays stay and surfaces go: the mask says what is kept, True stays."
     if surfaces > 0.3:
         return "true points removed", (
-            f"{100 * surfaces:.0f} % of the surfaces are gone: mend that first. Is a length below the spacing of 9 mm, "
-            "is a filter repeated, or what is kept turned round?"
+            f"{100 * surfaces:.0f} % of the surfaces are gone: mend that first. Is a length shorter than the spacing, "
+            "near by or at the far wall, is a filter repeated, or what is kept turned round?"
         )
     if thin > 0.3:
         return "rod and cable removed", (

@@ -67,6 +67,12 @@ FIT_MISTAKES = (
         _wrong_fit("1 / sigma"),
     ),
     Misconception(
+        "weights of 1 / sigma in the mean",
+        "the right scatter about a mean weighted with 1 / sigma: the same weight, 1 / sigma**2, belongs in both, and "
+        "(off * w).T @ (off * w) counts w twice",
+        _wrong_fit("1 / sigma", scatter="((points - middle) * w[:, None]).T @ ((points - middle) * w[:, None])"),
+    ),
+    Misconception(
         "weights squared",
         "weights that come in twice: with 1 / sigma**2 in both factors of the scatter its weight is 1 / sigma**4",
         _wrong_fit(scatter="(w[:, None] * (points - middle)).T @ (w[:, None] * (points - middle))"),

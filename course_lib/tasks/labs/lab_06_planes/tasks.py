@@ -7,6 +7,7 @@ another way than the lab asks for: counting for logarithms, singular values for 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -73,6 +74,12 @@ def _tries_cases(rng: np.random.Generator) -> list[Case]:
         )
         for shares, sample, p, name in asked
     ]
+
+
+def _judge_tries(case: Case, answer: Plain) -> Verdict:
+    """A whole try off is wrong, as is any more: so a card speaks of the first wrong case, which is done by hand."""
+    verdict = judge_number(answer, case.truth, 0.1, "tries", "the number of tries")
+    return replace(verdict, error=min(verdict.error, 1.0)) if np.isfinite(verdict.error) else verdict
 
 
 # -------------------------------------------------------------------------------------------------------------- 2 fit
@@ -208,11 +215,11 @@ TASKS = (
         id="06-1",
         title="how often to try among several planes",
         points=1,
-        version=3,
+        version=4,
         kind="fill",
         signature="def tries_needed(shares, sample, confidence)",
         cases=_tries_cases,
-        judge=lambda case, answer: judge_number(answer, case.truth, 0.1, "tries", "the number of tries"),
+        judge=_judge_tries,
         misconceptions=TRIES_MISTAKES,
         hides=("course_lib.cloud.planes.iterations_needed",),
         where="lesson 06, section 3 (many points agree, the others do not matter)",
@@ -229,7 +236,7 @@ TASKS = (
         anatomy=lambda case, answer: which_part(answer, case.truth, _weighted_mean(case)),
         misconceptions=FIT_MISTAKES,
         hides=_LIBRARY,
-        where="lesson 06, section 1 (the plane that fits best); least squares in z: section 2",
+        where="lesson 06, section 1 (the plane that fits best)",
     ),
     Task(
         id="06-3",
@@ -258,7 +265,7 @@ TASKS = (
         id="06-5",
         title="find the floor of a furnished room",
         points=4,
-        version=3,
+        version=4,
         kind="open",
         signature="def find_plane(points, up, threshold)",
         cases=lambda rng: [furnished(rng)],

@@ -1,8 +1,10 @@
-"""The wrong answers of lab 07's motion from known pairs, as learner code: what each looks like, and what to do."""
+"""The wrong answers of lab 07's motion from weighted pairs, as learner code: what each looks like, and what to do."""
 
 from __future__ import annotations
 
 from course_lib.tasks.core import Misconception
+
+_SEEN = "~np.isnan(source + target).any(axis=1)"
 
 
 def _wrong_fit(
@@ -11,13 +13,17 @@ def _wrong_fit(
     p: str = "source - mean_p",
     q: str = "target - mean_q",
     after: str = "T",
-    means: str = "source.mean(axis=0), target.mean(axis=0)",
+    means: str = "w @ source / w.sum(), w @ target / w.sum()",
+    sums: str = "(p * w[:, None]).T @ q",
+    given: str = f"source[{_SEEN}], target[{_SEEN}], weights[{_SEEN}]",
 ) -> str:
+    """The right program with a piece exchanged; `s` are the singular values, `sums` is the cross-covariance."""
     return (
-        "def best_rigid(source, target):\n"
+        "def best_rigid(source, target, weights):\n"
+        f"    source, target, w = {given}\n"
         f"    mean_p, mean_q = {means}\n"
         f"    p, q = {p}, {q}\n"
-        "    U, w, Vt = np.linalg.svd(p.T @ q)\n"
+        f"    U, s, Vt = np.linalg.svd({sums})\n"
         "    V = Vt.T\n"
         f"    R = {rotation}\n"
         "    T = np.eye(4)\n"
@@ -27,15 +33,99 @@ def _wrong_fit(
     )
 
 
-_BOTH = "np.vstack([source, target]).mean(axis=0)"
-_SCALED = "np.vstack([np.c_[R * w.sum() / (p**2).sum(), mean_q - R @ mean_p * w.sum() / (p**2).sum()], [0, 0, 0, 1]])"
+_PLAIN = "source.mean(axis=0), target.mean(axis=0)"
+_ZEROS = "np.nan_to_num(source), np.nan_to_num(target), weights"
+_FACTOR = "s.sum() / (w[:, None] * p**2).sum()"
+_SCALED = f"np.vstack([np.c_[R * {_FACTOR}, mean_q - R @ mean_p * {_FACTOR}], [0, 0, 0, 1]])"
 _AFFINE = (
-    "def best_rigid(source, target):\n"
+    "def best_rigid(source, target, weights):\n"
+    f"    source, target, w = source[{_SEEN}], target[{_SEEN}], np.sqrt(weights[{_SEEN}])[:, None]\n"
     "    T = np.eye(4)\n"
-    "    T[:3] = np.linalg.lstsq(np.c_[source, np.ones(len(source))], target, rcond=None)[0].T\n"
+    "    T[:3] = np.linalg.lstsq(w * np.c_[source, np.ones(len(source))], w * target, rcond=None)[0].T\n"
+    "    return T\n"
+)
+_LESSONS = (
+    "def best_rigid(source, target, weights):\n"
+    "    mean_p, mean_q = source.mean(axis=0), target.mean(axis=0)\n"
+    "    U, _, Vt = np.linalg.svd((source - mean_p).T @ (target - mean_q))\n"
+    "    guard = np.diag([1, 1, np.sign(np.linalg.det(Vt.T @ U.T))])\n"
+    "    T = np.eye(4)\n"
+    "    T[:3, :3] = Vt.T @ guard @ U.T\n"
+    "    T[:3, 3] = mean_q - T[:3, :3] @ mean_p\n"
+    "    return T\n"
+)
+_OWN_ROWS = (
+    "def best_rigid(source, target, weights):\n"
+    "    there, w = ~np.isnan(source[:, 0]), weights\n"
+    "    mean_p = w[there] @ source[there] / w[there].sum()\n"
+    "    there = ~np.isnan(target[:, 0])\n"
+    "    mean_q = w[there] @ target[there] / w[there].sum()\n"
+    "    p, q = np.nan_to_num(source - mean_p), np.nan_to_num(target - mean_q)\n"
+    "    U, s, Vt = np.linalg.svd((p * w[:, None]).T @ q)\n"
+    "    V = Vt.T\n"
+    "    R = V @ np.diag([1, 1, np.sign(np.linalg.det(V @ U.T))]) @ U.T\n"
+    "    T = np.eye(4)\n"
+    "    T[:3, :3], T[:3, 3] = R, mean_q - R @ mean_p\n"
     "    return T\n"
 )
 FIT_MISTAKES = (
+    Misconception(
+        "the lesson's own code",
+        "every pair counted alike, as in the lesson: here the weights belong into both means and the cross-covariance",
+        _LESSONS,
+        variants=(_wrong_fit(means=_PLAIN, sums="p.T @ q"),),
+    ),
+    Misconception(
+        "weights in the means only",
+        "a cross-covariance in which all pairs count alike: each product p qᵀ gets its weight, too",
+        _wrong_fit(sums="p.T @ q"),
+    ),
+    Misconception(
+        "weights in the cross-covariance only",
+        "means in which all pairs count alike: the mean that makes the weighted sum smallest is weighted, too",
+        _wrong_fit(means=_PLAIN),
+        variants=(_wrong_fit(means=_PLAIN, sums="(p * w[:, None]).T @ q / w.sum()"),),
+    ),
+    Misconception(
+        "weights twice",
+        "weights squared in the cross-covariance: put them on one of the two clouds, not on both",
+        _wrong_fit(sums="(p * w[:, None]).T @ (q * w[:, None])"),
+    ),
+    Misconception(
+        "roots of the weights",
+        "weights whose root was taken: in a sum of squares the weight stands beside the square, and so in all sums",
+        _wrong_fit(given=f"source[{_SEEN}], target[{_SEEN}], np.sqrt(weights[{_SEEN}])"),
+        variants=(_wrong_fit(sums="(p * np.sqrt(w)[:, None]).T @ q"),),
+    ),
+    Misconception(
+        "weights as yes or no",
+        "weights used as yes or no: how large a weight is matters as well",
+        _wrong_fit(given=f"source[{_SEEN}], target[{_SEEN}], (weights[{_SEEN}] > 0).astype(float)"),
+    ),
+    Misconception(
+        "one over the weights",
+        "1 / weight for the weight: here a large one means that the pair counts much",
+        _wrong_fit(given=f"source[{_SEEN}], target[{_SEEN}], 1 / np.maximum(weights[{_SEEN}], 1e-9)"),
+    ),
+    Misconception(
+        "not divided by the sum of the weights",
+        "weighted sums that are divided by the number of pairs, or not at all: divide by the sum of the weights",
+        _wrong_fit(means="w @ source / len(w), w @ target / len(w)"),
+        variants=(
+            _wrong_fit(means="w @ source, w @ target"),
+            _wrong_fit(means="w @ source / weights.sum(), w @ target / weights.sum()"),
+        ),
+    ),
+    Misconception(
+        "zeros for NaN",
+        "marks that were not found taken for points at the origin: leave out the rows that are NaN in either cloud",
+        _wrong_fit(given=_ZEROS),
+    ),
+    Misconception(
+        "means of different rows",
+        "means over different marks: a row that is NaN in one cloud is left out of both",
+        _OWN_ROWS,
+    ),
     Misconception(
         "Vt taken for V",
         "NumPy's third matrix taken for V: it is Vᵀ already, so V is its transpose",
@@ -79,8 +169,8 @@ FIT_MISTAKES = (
     Misconception(
         "singular values in R",
         "a rotation with the singular values in it: they stretch, so leave them out, R = V diag(1, 1, det) Uᵀ",
-        _wrong_fit("V @ np.diag(w) @ U.T"),
-        variants=(_wrong_fit("V @ np.diag(w * [1, 1, np.linalg.det(V @ U.T)]) @ U.T"),),
+        _wrong_fit("V @ np.diag(s) @ U.T"),
+        variants=(_wrong_fit("V @ np.diag(s * [1, 1, np.linalg.det(V @ U.T)]) @ U.T"),),
     ),
     Misconception(
         "another direction flipped",
@@ -142,15 +232,9 @@ FIT_MISTAKES = (
     ),
     Misconception(
         "the first three pairs",
-        "a motion from three pairs, with all their noise: every pair has its say",
-        _wrong_fit(p="(source - mean_p)[:3]", q="(target - mean_q)[:3]"),
-        variants=(
-            _wrong_fit(
-                p="(source - source[:3].mean(axis=0))[:3]",
-                q="(target - target[:3].mean(axis=0))[:3]",
-                translation="target[:3].mean(axis=0) - R @ source[:3].mean(axis=0)",
-            ),
-        ),
+        "a motion from three pairs, with all their noise: every pair that was found has its say",
+        _wrong_fit(sums="(p * w[:, None])[:3].T @ q[:3]"),
+        variants=(_wrong_fit(given=", ".join(f"{name}[{_SEEN}][:3]" for name in ("source", "target", "weights"))),),
     ),
     Misconception(
         "centred on the first pair",
@@ -170,30 +254,7 @@ FIT_MISTAKES = (
             _wrong_fit(p="source", q="target", translation="0"),
             _wrong_fit(rotation="V @ U.T", p="source", q="target", translation="0"),
             _wrong_fit(p="source", q="target", translation="mean_q - mean_p"),
-            _wrong_fit(means=f"{_BOTH}, {_BOTH}"),
-            _wrong_fit(means=f"{_BOTH}, {_BOTH}", translation="target.mean(axis=0) - R @ source.mean(axis=0)"),
         ),
-    ),
-    Misconception(
-        "means without axis",
-        "a mean of all numbers, or of each row, where each coordinate has its own: mean(axis=0)",
-        _wrong_fit(means="np.full(3, source.mean()), np.full(3, target.mean())"),
-        variants=(
-            _wrong_fit(
-                p="source - source.mean(axis=1)[:, None]",
-                q="target - target.mean(axis=1)[:, None]",
-            ),
-        ),
-    ),
-    Misconception(
-        "sums for means",
-        "sums in the place of the means: divide by the number of points",
-        _wrong_fit(means="source.sum(axis=0), target.sum(axis=0)"),
-    ),
-    Misconception(
-        "medians for means",
-        "medians in the place of the means: least squares belong to means",
-        _wrong_fit(means="np.median(source, axis=0), np.median(target, axis=0)"),
     ),
     Misconception(
         "a scale in it",

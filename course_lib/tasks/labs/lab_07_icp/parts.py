@@ -78,26 +78,35 @@ def _of_T(case: Case, T: np.ndarray) -> str:
 
 # ------------------------------------------------------------------------------------------------- 5 two scans
 
-_HOME, _NEAR, _STILL, _CREEPS = 0.007, 0.15, 0.003, 0.014
+_HOME, _NEAR, _STILL, _CREEPS = 0.012, 0.15, 0.003, 0.014
 """Metres over the surface: home; steps can still come home; a step that moves no farther rests, or creeps."""
+_TRY_ONE = (
+    "Try your step by itself on a floor that lies 10 cm too high (q on z = 0, n up): it must be −10 cm in z and no "
+    "turn, or a sign or a half of x is wrong. Then turn a bumpy target by 5°: the step must turn it back, or look at "
+    "p × n, and at degrees for turn(). Then two steps: the second starts from what the first has moved, and stands "
+    "leftmost."
+)
 
 
 def parts_of_registration(case: Case, answer: Plain) -> Found | None:
     """Which building block of a registration failed, read off where it came to rest."""
     T, truth, surface = np.asarray(answer, dtype=float), case.truth, case.hidden["surface"]
+    start = case.given.get("start", np.eye(4))
 
     def apart(one: np.ndarray, other: np.ndarray) -> float:
         return float(np.linalg.norm(_moved(one, surface) - _moved(other, surface), axis=1).mean())
 
-    off, before, needed = apart(T, truth), apart(np.eye(4), truth), rotation_degrees(np.eye(3), truth[:3, :3])
-    turned = rotation_degrees(np.eye(3), T[:3, :3])
-    if apart(T, np.eye(4)) < 0.1 * before:
+    off, before, needed = apart(T, truth), apart(start, truth), rotation_degrees(start[:3, :3], truth[:3, :3])
+    turned = rotation_degrees(start[:3, :3], T[:3, :3])
+    if apart(T, start) < 0.1 * before:
         return "nothing moved", (
             "The source stays where it was. Is T ever replaced by step @ T? Is anything kept: does the radius begin as "
-            "large as the scans are apart?"
+            "large as the scans are apart, and do you look from where T has moved the source?"
         )
-    if apart(np.linalg.inv(T), truth) < 0.04:
+    if apart(np.linalg.inv(T), truth) < 0.05:
         return "the inverse", "The inverse of what is asked came back: the source is what moves, to the target."
+    if apart(T @ start, truth) < 0.05:
+        return "start left out", "It is the correction of the start alone: T begins as start, and steps go onto it."
     if turned < 0.5 or (turned < 0.4 * needed and off < 0.95 * before):
         return "hardly turned", (
             f"The source is turned by {turned:.1f}° only, of {needed:.0f}°. Does the turn get into the step, and does "
@@ -123,16 +132,15 @@ def _where_it_rests(
         )
     if off > before:
         return "farther than before", (
-            f"It ends {size} from home, and began {quantity(before, 'm')} from it: steps go astray. Try one, then two: "
-            "near pairs kept, p moved, p × n, n · (q − p), which half of x turns, which way, the new step leftmost."
+            f"It ends {size} from home, and began {quantity(before, 'm')} from it: steps go astray. {_TRY_ONE}"
         )
     (all_points, all_planes), (points, planes) = (
         [apart(T, _stepped(case, T, radius, to_planes)) for to_planes in (False, True)] for radius in (np.inf, 0.1)
     )
     if min(all_points, all_planes) < _STILL:
         return "all pairs pull", (
-            f"It ends {size} from home, where a step that keeps every pair rests: strays, and what one scan alone saw, "
-            "pull. The radius must shrink, to a few spacings at the end."
+            f"It ends {size} from home, where a step that keeps every pair rests: what stands above the ground, and "
+            "what one scan alone saw, pull. The radius must shrink, to a few spacings at the end."
         )
     if off < _NEAR and apart(_refined(case, T), case.truth) < _HOME:
         return "not yet at the end", (
@@ -145,8 +153,8 @@ def _where_it_rests(
             f"{quantity(points, 'm')}, and a step to planes does, {quantity(planes, 'm')}: measure to planes."
         )
     return "no place to rest", (
-        f"It ends {size} from home, and a right step would move on from there: were there enough steps, each from "
-        "where T has moved the source, each put onto T? Try one, then two."
+        f"It ends {size} from home, and a right step would move on from there: were there enough steps, is return "
+        f"outside the loops, does T go on from the last step? {_TRY_ONE}"
     )
 
 

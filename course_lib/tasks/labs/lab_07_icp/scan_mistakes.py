@@ -59,43 +59,58 @@ WHICH_MISTAKES = (
 )
 
 
-def _wrong_register(radii: str, fit: str, steps: int = 15) -> str:
+_SHRINKING = "[1.5, 0.5, 0.2, 0.1, 0.05]"
+
+
+def _wrong_register(
+    fit: str = "planes",
+    radii: str = _SHRINKING,
+    steps: int = 15,
+    *,
+    rows: str = "np.cross(p, n), n",
+    right: str = "n * (q - p)",
+    turn: str = "x[:3]",
+    shift: str = "x[3:]",
+    p: str = "moved[k]",
+    seen: str = "moved",
+    after: str = "S @ T",
+    begin: str = "start",
+    given: str = "T",
+) -> str:
+    """A registration by a shrinking radius with a piece exchanged; `turn` is the rotation vector of a step."""
+    step = {
+        "planes": f"            x = np.linalg.lstsq(np.hstack([{rows}]), np.sum({right}, axis=1), rcond=None)[0]\n"
+        f"            w, t = {turn}, {shift}\n"
+        "            a = max(np.linalg.norm(w), 1e-12)\n"
+        "            K = np.cross(np.eye(3), w / a)\n"
+        "            S = np.eye(4)\n"
+        "            S[:3, :3] = np.eye(3) + np.sin(a) * K + (1 - np.cos(a)) * K @ K\n"
+        "            S[:3, 3] = t\n",
+        "points": "            U, _, Vt = np.linalg.svd((p - p.mean(0)).T @ (q - q.mean(0)))\n"
+        "            S = np.eye(4)\n"
+        "            S[:3, :3] = Vt.T @ np.diag([1, 1, np.linalg.det(Vt.T @ U.T)]) @ U.T\n"
+        "            S[:3, 3] = q.mean(0) - S[:3, :3] @ p.mean(0)\n",
+    }
     return (
         "from scipy.spatial import cKDTree\n"
-        "def register(source, target, normals):\n"
-        "    T, tree = np.eye(4), cKDTree(target)\n"
+        "def register(source, target, normals, start):\n"
+        f"    T, tree = {begin}, cKDTree(target)\n"
         f"    for radius in {radii}:\n"
         f"        for _ in range({steps}):\n"
-        "            p = source @ T[:3, :3].T + T[:3, 3]\n"
-        "            d, i = tree.query(p)\n"
+        "            moved = source @ T[:3, :3].T + T[:3, 3]\n"
+        f"            d, i = tree.query({seen})\n"
         "            k = d <= radius\n"
-        "            p, q, n = p[k], target[i[k]], normals[i[k]]\n"
+        f"            p, q, n = {p}, target[i[k]], normals[i[k]]\n"
         "            if len(p) < 10:\n"
-        "                return T\n"
-        f"{fit}"
-        "    return T\n"
+        "                break\n"
+        f"{step[fit]}"
+        f"            T = {after}\n"
+        f"    return {given}\n"
     )
 
 
-_TO_POINTS = (
-    "            U, _, Vt = np.linalg.svd((p - p.mean(0)).T @ (q - q.mean(0)))\n"
-    "            S = np.eye(4)\n"
-    "            S[:3, :3] = Vt.T @ np.diag([1, 1, np.linalg.det(Vt.T @ U.T)]) @ U.T\n"
-    "            S[:3, 3] = q.mean(0) - S[:3, :3] @ p.mean(0)\n"
-    "            T = S @ T\n"
-)
-_TO_PLANES = (
-    "            x = np.linalg.lstsq(np.hstack([np.cross(p, n), n]), np.sum(n * (q - p), axis=1), rcond=None)[0]\n"
-    "            a = max(np.linalg.norm(x[:3]), 1e-12)\n"
-    "            k = x[:3] / a\n"
-    "            K = np.array([[0, -k[2], k[1]], [k[2], 0, -k[0]], [-k[1], k[0], 0]])\n"
-    "            S = np.eye(4)\n"
-    "            S[:3, :3] = np.eye(3) + np.sin(a) * K + (1 - np.cos(a)) * K @ K\n"
-    "            S[:3, 3] = x[3:]\n"
-    "            T = S @ T\n"
-)
 _ROWS = (
-    "def register(source, target, normals):\n"
+    "def register(source, target, normals, start):\n"
     "    T, count = np.eye(4), min(len(source), len(target))\n"
     "    p, q = source[:count], target[:count]\n"
     "    U, _, Vt = np.linalg.svd((p - p.mean(0)).T @ (q - q.mean(0)))\n"
@@ -104,28 +119,100 @@ _ROWS = (
     "    return T\n"
 )
 _MIDDLES = (
-    "def register(source, target, normals):\n"
-    "    T = np.eye(4)\n"
-    "    T[:3, 3] = target.mean(axis=0) - source.mean(axis=0)\n"
+    "def register(source, target, normals, start):\n"
+    "    T = start.copy()\n"
+    "    T[:3, 3] += target.mean(axis=0) - (source @ T[:3, :3].T + T[:3, 3]).mean(axis=0)\n"
     "    return T\n"
 )
+_TURN = "add the turn of np.degrees(np.linalg.norm(w)) about w"
 OPEN_MISTAKES = (
     Misconception(
-        "one large radius",
-        "one radius, so large that strays and what has no partner pull on the result: shrink it from coarse to fine",
-        _wrong_register("[9.0]", _TO_POINTS, 40),
-        variants=(_wrong_register("[9.0]", _TO_PLANES, 40),),
+        "the lesson's own code",
+        "every pair kept, and distances to points, as in the lesson's first loop: leaves and what has no partner pull",
+        _wrong_register("points", "[np.inf]", 30),
+        variants=(_wrong_register("points", "[np.inf]", 60),),
     ),
     Misconception(
-        "one small radius",
-        "one radius, smaller than the distance to begin with, so that true partners are out of reach: begin larger",
-        _wrong_register("[0.05]", _TO_POINTS, 40),
+        "one large radius",
+        "one radius, so large that leaves and what has no partner pull to the end: shrink it from coarse to fine",
+        _wrong_register(radii="[1.0]", steps=30),
+        variants=tuple(_wrong_register(radii=f"[{radius}]", steps=30) for radius in ("np.inf", 1.5, 0.7, 0.5)),
+    ),
+    Misconception(
+        "one small radius, or nothing kept",
+        "the start itself: is a pair ever kept (begin with a radius as large as the scans are apart, look from where T "
+        "has moved the source), and T replaced by step @ T",
+        _wrong_register(radii="[0.05]", steps=30),
+        variants=(
+            _wrong_register("points", "[0.05]", 30),
+            *(_wrong_register(radii=f"[{radius}]", steps=30) for radius in (0.1, 0.15, 0.2)),
+            _wrong_register(seen="source"),
+            "def register(source, target, normals, start):\n    return start\n",
+        ),
+    ),
+    Misconception(
+        "start ignored",
+        "a search that begins where the source lies in its own coordinates: begin with T = start",
+        _wrong_register(begin="np.eye(4)"),
+    ),
+    Misconception(
+        "start left out of the result",
+        "the correction alone, without the start that it corrects: steps go on from T = start, and T is the answer",
+        _wrong_register(given="T @ np.linalg.inv(start)"),
+    ),
+    Misconception(
+        "to points",
+        "a shrinking radius, but distances to points, whose wrong pairs hold the ground back: measure to planes",
+        _wrong_register("points"),
+        variants=(_wrong_register("points", "[1.0, 0.3, 0.1, 0.05]", 15), _wrong_register("points", steps=40)),
     ),
     Misconception(
         "one step",
         "a single step: pairs are better after it, so look for them again, until nothing moves",
-        _wrong_register("[1.0]", _TO_POINTS, 1),
-        variants=(_wrong_register("[1.0]", _TO_PLANES, 1),),
+        _wrong_register(radii="[1.5]", steps=1),
+        variants=(_wrong_register("points", "[1.5]", 1), _wrong_register("points", "[np.inf]", 1)),
+    ),
+    Misconception(
+        "degrees forgotten",
+        "radians where turn() takes degrees, so that each step hardly turns: turn(w, np.degrees(np.linalg.norm(w)))",
+        _wrong_register(turn="np.radians(x[:3])"),
+    ),
+    Misconception(
+        "no turn in the step",
+        f"steps that only shift: {_TURN}",
+        _wrong_register(turn="0 * x[:3]"),
+    ),
+    Misconception(
+        "the turn the other way",
+        "steps that turn the other way about the same axis: w is x[:3] as it is, for rows of p × n",
+        _wrong_register(turn="-x[:3]"),
+        variants=(_wrong_register(rows="np.cross(n, p), n"),),
+    ),
+    Misconception(
+        "the other sign on the right",
+        "n · (p − q) on the right-hand side, which steps away from the target: it is n · (q − p)",
+        _wrong_register(right="n * (p - q)"),
+    ),
+    Misconception(
+        "turn and shift exchanged",
+        "the halves of the solution exchanged: with rows (p × n, n) its first three numbers turn, its last three shift",
+        _wrong_register(turn="x[3:]", shift="x[:3]"),
+        variants=(_wrong_register(rows="n, np.cross(p, n)"),),
+    ),
+    Misconception(
+        "step on the right",
+        "T @ step, which applies the newest step first: it acts on what has moved, so it stands leftmost",
+        _wrong_register(after="T @ S"),
+    ),
+    Misconception(
+        "only the last step",
+        "the newest step alone for T: the earlier ones have moved the source, too, so step @ T",
+        _wrong_register(after="S"),
+    ),
+    Misconception(
+        "fitted where the source began",
+        "steps fitted to the source as it was given, and then put onto T as well: fit the points that have moved",
+        _wrong_register(p="source[k]"),
     ),
     Misconception(
         "middles only",

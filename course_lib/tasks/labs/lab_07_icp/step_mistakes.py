@@ -98,8 +98,8 @@ MEND_MISTAKES = (
         ),
     ),
     Misconception(
-        "radius ignored",
-        "every pair kept, however far apart: keep those whose distance is at most the radius",
+        "the lesson's own code",
+        "every pair kept, however far, as in the lesson's first loop: keep those within the radius, and count them",
         _wrong_step(reject="distance >= 0"),
     ),
     Misconception(

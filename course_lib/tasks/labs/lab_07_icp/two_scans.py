@@ -1,4 +1,4 @@
-"""Two scans of one bumpy surface for lab 07, with strays, and with parts that only one of them saw."""
+"""Two scans of one bumpy ground for lab 07, with leaves, and with parts that only one of them saw."""
 
 from __future__ import annotations
 
@@ -16,13 +16,15 @@ class TwoScans(NamedTuple):
     ----------
     source, target : (N, 3) and (M, 3) points, metres.
     normals : (M, 3) unit normals of the target.
+    start : (4, 4) where a compass puts the source, T_target_source up to a metre and 22 degrees off.
     T_target_source : (4, 4) the motion that brings the source home.
-    surface : (K, 3) the source's points without noise and strays, metres, in the source's frame.
+    surface : (K, 3) the source's ground without noise and leaves, metres, in the source's frame.
     """
 
     source: np.ndarray
     target: np.ndarray
     normals: np.ndarray
+    start: np.ndarray
     T_target_source: np.ndarray
     surface: np.ndarray
 
@@ -36,7 +38,7 @@ def motion(rng: np.random.Generator, degrees: float, metres: float) -> np.ndarra
 
 
 def bumps(rng: np.random.Generator, n: int, low: float = 0.0, high: float = 2.0) -> tuple[np.ndarray, np.ndarray]:
-    """Points (n, 3) of a bumpy surface, metres, and their unit normals."""
+    """Points (n, 3) of a bumpy ground, metres, and their unit normals."""
     x, y = rng.uniform(low, high, n), rng.uniform(0, 2, n)
     z = 0.25 * np.sin(2.5 * x) * np.cos(2.1 * y) + 0.1 * np.sin(4.3 * x + 2.3 * y)
     dx = 0.625 * np.cos(2.5 * x) * np.cos(2.1 * y) + 0.43 * np.cos(4.3 * x + 2.3 * y)
@@ -46,18 +48,21 @@ def bumps(rng: np.random.Generator, n: int, low: float = 0.0, high: float = 2.0)
 
 
 def two_scans(rng: np.random.Generator) -> TwoScans:
-    """Two scans that share two thirds, 15 to 20 degrees and some 60 cm apart, with 5 mm noise and one stray in ten.
+    """Two scans of one ground that share two thirds, with 5 mm noise; leaves over the source's.
 
-    The start is so far off that a radius of a few spacings finds too few true partners, and a radius that finds them
-    lets strays and what only one scan saw pull on the result: it has to shrink.
+    The start is farther off than it is tilted, so that a radius of a few spacings finds next to no partners. Leaves
+    stand on one side, so that a radius that reaches them is pulled to that side: it has to begin large and shrink. The
+    source's own coordinates are far from the target's, so that a step on the wrong side of T goes astray.
     """
-    target, normals = bumps(rng, 900, 0.0, 1.5)
-    clean = bumps(rng, 900, 0.5, 2.0)[0]
+    target, normals = bumps(rng, 1200, 0.0, 1.5)
+    clean = bumps(rng, 1200, 0.5, 2.0)[0]
+    leaves = bumps(rng, 300, 0.5, 2.0)[0] + rng.uniform(0.03, 0.5, (300, 1)) * [0, 0, 1]
     target = target + rng.normal(0, 0.005, target.shape)
     noisy = clean + rng.normal(0, 0.005, clean.shape)
-    strays = rng.uniform((0.5, 0, -0.8), (2.0, 2, 0.8), (90, 3))
-    middle = np.eye(4)
-    middle[:3, 3] = clean.mean(axis=0)
-    T = compose(middle, motion(rng, rng.uniform(15, 20), rng.uniform(0.55, 0.65)), invert(middle))
-    source = rng.permutation(apply(invert(T), np.vstack([noisy, strays])))
-    return TwoScans(source, target, normals, T, apply(invert(T), clean))
+    off, middle = motion(rng, rng.uniform(15, 22), 0.0), np.eye(4)
+    way, middle[:3, 3] = rng.uniform(0, 2 * np.pi), clean.mean(axis=0)
+    off[:3, 3] = 0.25 * np.cos(way), 0.25 * np.sin(way), rng.choice([-1, 1]) * rng.uniform(0.75, 0.9)
+    T = motion(rng, rng.uniform(70, 120), 3.0)
+    start = compose(middle, off, invert(middle), T)
+    source = rng.permutation(apply(invert(T), np.vstack([noisy, leaves])))
+    return TwoScans(source, target, normals, start, T, apply(invert(T), clean))

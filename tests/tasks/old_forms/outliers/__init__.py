@@ -1,0 +1,1 @@
+"""Lab 05 before its tasks left the lesson's situation: one length for all depths, and no second view."""
