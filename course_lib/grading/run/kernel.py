@@ -65,8 +65,7 @@ class Kernel(RunningKernel):
         self._struck: Strike | None = None
         self._shown = self._answered = 0
         self.processor = 0.0
-        number = sum(1 for _ in folder.glob("k*"))
-        self._closed, self._open = folder / f"k{number}", folder / f"s{number}"
+        self._closed, self._open = (folder / f"{letter}{len(list(folder.glob('k*')))}" for letter in "ks")
         for place in (self._closed, self._open):
             place.mkdir(mode=0o700)
         self._sockets = HeldSockets(self._closed)
@@ -98,7 +97,7 @@ class Kernel(RunningKernel):
             self.km.start_kernel(env=environment, cwd=str(self._closed), stdout=log, stderr=subprocess.STDOUT)
         self.process = psutil.Process(self.km.provisioner.pid)
         deadline = time.monotonic() + self.limits.start_seconds
-        while not self._held(held.kind):
+        while not self.alive() or not self._held(held.kind):
             if not self.alive() or time.monotonic() > deadline:
                 tail = (self._closed / "said.txt").read_text(errors="replace")[-400:]
                 self.stop()
@@ -112,12 +111,10 @@ class Kernel(RunningKernel):
 
     def _held(self, kind: str) -> bool:
         """Whether all of its sockets listen, and are held; they are found through a process of the sandbox."""
-        with contextlib.suppress(psutil.NoSuchProcess):
-            inside = [f"/proc/{one.pid}/root" for one in self.process.children(recursive=True)]
-            held = any(self._sockets.hold(f"{root}{self._open}") for root in (inside if kind == "bwrap" else [""]))
-            self.sockets = self._sockets.folder
-            return held
-        return False
+        inside = [f"/proc/{one.pid}/root" for one in self.process.children(recursive=True)]
+        held = any(self._sockets.hold(f"{root}{self._open}") for root in (inside if kind == "bwrap" else [""]))
+        self.sockets = self._sockets.folder
+        return held
 
     @property
     def watched(self) -> bool:
@@ -133,6 +130,9 @@ class Kernel(RunningKernel):
         """Within this block, the kernel has the seconds of this limit, which is told when they are over."""
         self._limit, self._mark = name, self.now()
         yield
+
+    def _most(self) -> float:
+        return getattr(self.limits, self._limit)
 
     def execute_cell_input(self, cell_input: str, allow_stdin: bool | None = None, given: Sequence[bytes] = ()) -> str:
         """Send a cell to be run, with what is `given` beside it; the id of the request."""
@@ -180,8 +180,7 @@ class Kernel(RunningKernel):
             try:
                 message = self.get_message("shell", until - time.monotonic() if late else None)
             except Empty:
-                most = getattr(self.limits, self._limit)
-                sentence = f"Time was up ({self._limit} = {most:g}): perhaps a loop that never ends."
+                sentence = f"Time was up ({self._limit} = {self._most():g}): perhaps a loop that never ends."
                 if late:
                     self.strike("timeout", sentence + " It did not stop when interrupted, so its kernel was ended.")
                     raise self._struck from None
@@ -210,7 +209,7 @@ class Kernel(RunningKernel):
             if self._ready[stream]:
                 return self._ready[stream].popleft()
             left = until - time.monotonic()
-            over = timeout is None and spent(self._mark, self.now()) > getattr(self.limits, self._limit)
+            over = timeout is None and spent(self._mark, self.now()) > self._most()
             if left <= 0 or over:
                 raise Empty
             readable = dict(poller.poll(min(left, 0.1) * 1000))
