@@ -23,7 +23,6 @@ MAX_ITEMS = 100_000
 MAX_DEPTH = 6
 MAX_TEXT = 20_000
 MAX_FIELDS = 64
-"""So many fields a record may have, those of records in it included."""
 _KINDS = {"b": "True/False", "i": "whole numbers", "u": "whole numbers", "f": "floats"}
 _MAGIC = b"course-plain-1\n"
 
@@ -139,11 +138,11 @@ class _Copier:
 
 
 def _check_dtype(dtype: np.dtype, what: str, fields: int = 0) -> int:
-    """Refuse arrays of anything but booleans, whole numbers, floats, and records of these; the fields, counted on."""
+    """Refuse arrays of anything but booleans, whole numbers, floats, and records of these; their fields, counted on."""
     if dtype.names is not None:
-        for name in dtype.names if len(dtype.names) <= MAX_FIELDS else ():
+        for name in dtype.names[: MAX_FIELDS + 1]:
             fields = _check_dtype(dtype[name].base, what, fields + 1)
-        if max(fields, len(dtype.names)) > MAX_FIELDS:
+        if fields > MAX_FIELDS:
             raise ValueError(f"{what} is an array of records of more than {MAX_FIELDS} fields: that is too many.")
         return fields
     if dtype.kind not in _KINDS or dtype.itemsize > 8:
@@ -281,12 +280,9 @@ def _dtype_to_json(dtype: np.dtype) -> Any:
         return {"of": _dtype_to_json(dtype.base), "shape": list(dtype.shape)}
     if dtype.names is None:
         return dtype.str
-    return {
-        "names": list(dtype.names),
-        "formats": [_dtype_to_json(dtype[name]) for name in dtype.names],
-        "offsets": [dtype.fields[name][1] for name in dtype.names],  # type: ignore[index]
-        "itemsize": dtype.itemsize,
-    }
+    formats = [_dtype_to_json(dtype[name]) for name in dtype.names]
+    offsets = [dtype.fields[name][1] for name in dtype.names]  # type: ignore[index]
+    return {"names": list(dtype.names), "formats": formats, "offsets": offsets, "itemsize": dtype.itemsize}
 
 
 def _dtype_from_json(tree: Any) -> np.dtype:

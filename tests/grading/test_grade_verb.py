@@ -55,11 +55,11 @@ def submitted(tmp_path_factory) -> Path:
 
 
 def command(folder: Path, out: Path, *more: str) -> list[str]:
-    """A command that grades on the same inputs in every folder: the secret of its ledger is always the same."""
+    """Grade with a typed seed, and with the same secret in each ledger: so all are asked the same."""
     if not (out / "ledger.sqlite").exists():
         out.mkdir(parents=True, exist_ok=True)
         with Ledger(out / "ledger.sqlite") as ledger:
-            ledger.db.execute("INSERT INTO settings VALUES ('secret', 'of this test')")
+            ledger.db.execute("INSERT INTO settings VALUES ('secret', 'of these tests')")
     words = ["grade", str(folder), "--out", str(out), "--seed", "11", *more]
     return [sys.executable, "-P", "-m", "course_lib.cli", *words]
 

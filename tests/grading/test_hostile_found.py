@@ -41,7 +41,7 @@ from course_lib.grading.ledger.attempts import standings
 from course_lib.grading.ledger.ledger import Ledger
 from course_lib.grading.release import cell_source, rebuild
 from course_lib.grading.release.released import released_lab
-from course_lib.grading.run import engine, kernel, kernel_imports, nbval_items, worker
+from course_lib.grading.run import engine, kernel, kernel_imports, nbval_items, sandbox, worker
 from course_lib.grading.run.limits import read_limits
 from course_lib.grading.tell.class_report import class_report
 from course_lib.grading.tell.explain import explain
@@ -153,7 +153,7 @@ def test_memory_that_belongs_to_no_process(tmp_path, monkeypatch):
     one = task(graded("00", answer(UNSEEN), memory_mb=200.0, task_seconds=10.0), 1)
     assert (one["points"], one["reason"]) == (0.0, "raised") and "4 refused" in one["error"], one["error"]
     without_filter(tmp_path, monkeypatch)
-    weaken(monkeypatch, kernel, "bwrap_command", (', "--dev-bind", "/dev/null", "/dev/zero"', ""))
+    weaken(monkeypatch, sandbox, "bwrap_command", (', "--dev-bind", "/dev/null", "/dev/zero"', ""))
     one = task(graded("00", answer(UNSEEN), memory_mb=201.0, task_seconds=10.0), 1)
     assert one["points"] == 1, one["error"]  # the control: nearly 300 MB were held under a limit of 201, unseen
 
@@ -190,7 +190,7 @@ def test_a_disk_cannot_be_filled_from_where_the_sockets_are(monkeypatch):
     assert (one["points"], one["reason"]) == (0.0, "raised") and "2 refused" in one["error"], one["error"]
     weaken(
         monkeypatch,
-        kernel,
+        sandbox,
         "bwrap_command",
         ('"--size", SOCKETS_BYTES, "--tmpfs", str(shared[1])', '"--bind", str(shared[1]), str(shared[1])'),
     )

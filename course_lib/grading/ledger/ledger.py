@@ -6,9 +6,7 @@ the next run goes on from there. Only one writes at a time; readers may look mea
 
 from __future__ import annotations
 
-import hashlib
 import json
-import secrets
 import sqlite3
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, astuple, fields
@@ -21,12 +19,10 @@ from course_lib.grading.records import Record
 from . import policy
 from .database import Database
 from .rows import TOLD, Decision, Entry, Run, now, row_of
+from .run_seeds import seed_of, seeds
 from .schema import NEWEST
 
 __all__ = ["Decision", "Entry", "Ledger", "Run"]
-
-SEEDS = 20
-"""So many seeds a run may choose from."""
 
 
 class Ledger(Database):
@@ -72,7 +68,7 @@ class Ledger(Database):
         draw : chooses one of several seeds for a lab.
         """
         with self.all_or_nothing():
-            among = self._seeds(seed)
+            among = seeds(self.db, seed)
             rows = self.db.execute(
                 "SELECT * FROM runs WHERE lab = ? AND lab_version = ? AND per_student = ? ORDER BY id DESC",
                 (lab, lab_version, per_student),
@@ -114,35 +110,8 @@ class Ledger(Database):
         return row_of(Run, self.db.execute("SELECT * FROM runs WHERE id = ?", (number,)).fetchone())
 
     def seed_of(self, run: Run, entry: Entry) -> int:
-        """The seed of a submission's inputs: the run's, or one that follows from it.
-
-        It is the student's own where the run asks for that, and always another for a later submission of the same
-        student: what was told of an earlier one must not help.
-        """
-        who = entry.student or entry.named
-        earlier = self.db.execute(
-            "SELECT count(*) FROM entries WHERE lab = ? AND id < ? AND ? IN (student, named)",
-            (entry.lab, entry.id, who),
-        ).fetchone()[0]
-        words = [who] * run.per_student + [f"after {earlier}"] * (earlier > 0)
-        if not words:
-            return run.seed
-        text = " ".join([str(run.seed), *words]).encode("utf-8", "surrogatepass")
-        return int.from_bytes(hashlib.sha256(text).digest()[:6], "big")
-
-    def _seeds(self, typed: int | None) -> list[int]:
-        """Seeds to choose from: random ones, or those that follow from a typed number and the secret of this ledger.
-
-        A small number that somebody types could be guessed: an answer that tries some would know what it is asked.
-        """
-        if typed is None:
-            return [secrets.randbelow(2**53) for _ in range(SEEDS)]
-        row = self.db.execute("SELECT value FROM settings WHERE name = 'secret'").fetchone()
-        secret = row["value"] if row else secrets.token_hex(32)
-        if not row:
-            self.db.execute("INSERT INTO settings VALUES ('secret', ?)", (secret,))
-        digests = [hashlib.sha256(f"{secret} {typed} {i}".encode()).digest() for i in range(SEEDS)]
-        return [int.from_bytes(digest[:6], "big") for digest in digests]
+        """The seed of a submission's inputs (see `run_seeds`)."""
+        return seed_of(self.db, run, entry)
 
     # submissions
 

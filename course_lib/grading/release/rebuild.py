@@ -11,8 +11,7 @@ import ast
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import astuple, dataclass, field
-from typing import Any
+from dataclasses import dataclass, field
 
 from nbformat import NotebookNode
 
@@ -23,7 +22,7 @@ from course_lib.grading.release.cell_source import bound, imported, normal, pars
 from .released import ReleasedLab, Slot
 from .text_answers import heading_of, place_in_text
 
-__all__ = ["Answer", "Piece", "Rebuilt", "older_release", "packed", "rebuild", "unpacked"]
+__all__ = ["Answer", "Piece", "Rebuilt", "older_release", "rebuild"]
 
 MOST_PIECES = 60
 """So many statements of an answer are run one by one; the rest together."""
@@ -82,20 +81,6 @@ class _Cell:
         if self.tree is None:
             return re.search(rf"^(async\s+)?def\s+{name}\b|^{name}\s*=", self.source, re.M) is not None
         return any(name in bound(statement) for statement in self.tree.body)
-
-
-def packed(rebuilt: Rebuilt) -> dict[str, Any]:
-    """It as plain data, for another process; `unpacked` gives it back."""
-    answers = [[a.state, a.source, a.trouble, [astuple(piece) for piece in a.pieces]] for a in rebuilt.answers]
-    return {"given": [astuple(p) for p in rebuilt.given], "answers": answers, "notices": rebuilt.notices}
-
-
-def unpacked(told: dict[str, Any], lab: ReleasedLab) -> Rebuilt:
-    answers = [
-        Answer(slot, state, source, trouble, [Piece(*piece) for piece in pieces])
-        for slot, (state, source, trouble, pieces) in zip(lab.slots, told["answers"], strict=True)
-    ]
-    return Rebuilt([Piece(*piece) for piece in told["given"]], answers, told["notices"])
 
 
 def rebuild(nb: NotebookNode, lab: ReleasedLab) -> Rebuilt:

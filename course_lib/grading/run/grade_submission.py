@@ -16,19 +16,18 @@ from typing import TYPE_CHECKING, Any, TypedDict
 
 from course_lib import tasks
 from course_lib.authoring.tree import CourseError
-from course_lib.grading.intake.intake import IntakeLimits, Unreadable, notebook_of
+from course_lib.grading.intake.intake import Unreadable
 from course_lib.grading.records import FORMAT, Notice, Record, TaskRecord
-from course_lib.grading.release.rebuild import Answer, Rebuilt, older_release, packed, rebuild, unpacked
+from course_lib.grading.release.rebuild import Answer, Rebuilt
 from course_lib.grading.release.released import ReleasedLab, released_lab
 from course_lib.grading.run.grader_version import grader_version
 from course_lib.tasks.judging import UNSTEADY, Result
 from course_lib.tasks.running import answered, asked
-from course_lib.tasks.sources import forbidden_in_text
 
 from .causes import with_causes
-from .kernel_imports import SILENT, Room, build_room, rooms_of
+from .kernel_imports import Room, build_room, rooms_of
 from .limits import Limits
-from .reading import read_apart
+from .reading import read_submission
 from .sandbox import Held, NoSandbox, machine, probe_sandbox
 
 if TYPE_CHECKING:
@@ -171,14 +170,13 @@ def _grade(job: Job, record: Record, prepared: Prepared, held: Held, limits: Lim
 
     lab = prepared.lab
     try:
-        told = read_apart(lambda: _read(job, lab), limits.read_seconds, limits.read_mb)
+        older, rebuilt, refused = read_submission(base64.b64decode(job["notebook"]), lab, limits)
     except Unreadable as error:
         record.update(unreadable_record(job, error.code, error.sentence) | {"isolation": record["isolation"]})
         return
-    if told["older"]:
-        _failed(record, "older release", told["older"])
+    if older:
+        _failed(record, "older release", older)
         return
-    rebuilt, refused = unpacked(told["rebuilt"], lab), told["refused"]
     cases = {slot.task.id: fresh_cases(slot.task, job["seed"]) for slot in lab.slots}
     done: dict[str, Run] = {}
     left = limits.total_seconds
@@ -203,25 +201,10 @@ def _grade(job: Job, record: Record, prepared: Prepared, held: Held, limits: Lim
     record["points"] = round(sum(task["points"] for task in record["tasks"]), 2)
 
 
-def _read(job: Job, lab: ReleasedLab) -> dict[str, Any]:
-    """What a notebook hands in, rebuilt, and why which answers are not taken; plain data, for another process."""
-    nb = notebook_of(base64.b64decode(job["notebook"]), IntakeLimits())
-    if older := older_release(nb, lab):
-        return {"older": older}
-    rebuilt = rebuild(nb, lab)
-    refused = {answer.slot.task.id: _refusal(answer, lab) for answer in rebuilt.answers if answer.state == "found"}
-    return {"older": "", "rebuilt": packed(rebuilt), "refused": refused}
-
-
 def fresh_cases(task: tasks.Task, seed: int) -> tuple[tasks.Case, ...]:
     """The inputs of a task under the seed of a run: from a stream of its own, so that no task's tell another's."""
     own = int.from_bytes(hashlib.sha256(f"inputs of {task.id} {seed}".encode()).digest()[:8], "big")
     return tasks.fresh(task, own, load_data() if task.data else None)
-
-
-def _refusal(answer: Answer, lab: ReleasedLab) -> str:
-    given = "\n".join(lab.cells[name] for name in lab.given)
-    return forbidden_in_text(answer.slot.task, answer.source, given, SILENT)
 
 
 def _part(rebuilt: Rebuilt, wanted: set[str]) -> Rebuilt:

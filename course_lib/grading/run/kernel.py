@@ -7,10 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-import os
 import shutil
-import socket
-import stat
 import subprocess
 import sys
 import threading
@@ -21,10 +18,8 @@ from pathlib import Path
 from queue import Empty
 from typing import Any
 
-import ipykernel.kernelspec
 import psutil
 import zmq
-from jupyter_client.kernelspec import KernelSpec, KernelSpecManager
 from jupyter_client.manager import KernelManager
 from nbval.kernel import RunningKernel
 
@@ -33,33 +28,15 @@ from course_lib.grading.run.kernel_messages import Strike, check_message, is_ans
 from course_lib.grading.run.watchdog import watch
 
 from .counting import Spent, new_group, spent
+from .kernel_channels import HeldSockets, OneKernel, limited_context
 from .kernel_imports import Room
 from .limits import Limits
-from .sandbox import Held, bwrap_command, interpreter, open_command
+from .sandbox import Held, kernel_command
 
 __all__ = ["Kernel", "Strike"]
 
-SOCKETS = 5
-"""So many a kernel makes: z-1 to z-5, for requests, what is shown, typing, control and a heartbeat."""
 MOST_WAITING = 10_000
 """So many messages may wait to be read."""
-
-
-class _OneKernel(KernelSpecManager):
-    """Knows the one command that starts our kernel, whatever name a notebook asks for."""
-
-    command: tuple[str, ...] = ()
-    variables: dict[str, str] = {}
-
-    def get_kernel_spec(self, kernel_name: str) -> KernelSpec:
-        return KernelSpec(
-            resource_dir=ipykernel.kernelspec.RESOURCES,
-            argv=list(self.command),
-            env=self.variables,
-            display_name="graded",
-            language="python",
-            interrupt_mode="signal",  # sent to the dead by `stop`; a message to them would be waited for
-        )
 
 
 class Kernel(RunningKernel):
@@ -88,16 +65,13 @@ class Kernel(RunningKernel):
         self._struck: Strike | None = None
         self._shown = self._answered = 0
         self.processor = 0.0
-        number = sum(1 for _ in folder.glob("k*"))
-        self._closed, self._open = folder / f"k{number}", folder / f"s{number}"
+        self._closed, self._open = (folder / f"{letter}{len(list(folder.glob('k*')))}" for letter in "ks")
         for place in (self._closed, self._open):
             place.mkdir(mode=0o700)
-        self._pinned: list[int] = []
+        self._sockets = HeldSockets(self._closed)
         self.group = new_group(limits) if held.kind == "bwrap" else None
-        connection = self._closed / "c.json"
-        program = ["/course/kernel_main.py", "/course/room.json", str(connection), held.kind]
         self._limit, self._mark = "start_seconds", self.now()
-        self._start(held, room, connection, program)
+        self._start(held, room)
         self._began = time.monotonic()
         threading.Thread(target=watch, args=(self,), daemon=True).start()
         try:
@@ -106,36 +80,24 @@ class Kernel(RunningKernel):
             self.stop()
             raise
 
-    def _start(self, held: Held, room: Room, connection: Path, program: list[str]) -> None:
-        specs = _OneKernel()
-        if held.kind == "bwrap":
-            words = [interpreter(), "-I", "-S", *program]
-            words = bwrap_command(held, room, self.limits, words, (self._closed, self._open))
-            specs.command = tuple(self.group.entered(words) if self.group else words)
-            environment = {"PATH": "/usr/bin:/bin"}
-        else:
-            settings = room.folder / "room.json"
-            words, environment = open_command(room, self._open)
-            specs.command = (*words, str(room.folder / "kernel_main.py"), str(settings), str(connection), held.kind)
-        self.context = zmq.Context()
-        self.context.setsockopt(zmq.MAXMSGSIZE, int(self.limits.message_mb * 1e6))
-        self.context.setsockopt(zmq.RECONNECT_IVL, -1)
-        self.context.setsockopt(zmq.SNDTIMEO, int(self.limits.grace_seconds * 1000))
-        self.context.setsockopt(zmq.LINGER, 0)
+    def _start(self, held: Held, room: Room) -> None:
+        connection = self._closed / "c.json"
+        words, environment = kernel_command(held, room, self.limits, self._closed, self._open)
+        words = self.group.entered(words) if self.group else words
+        self.context = limited_context(self.limits)
         self.km = KernelManager(
             kernel_name="graded",
-            kernel_spec_manager=specs,
+            kernel_spec_manager=OneKernel(words),
             connection_file=str(connection),
             transport="ipc",
             ip=str(self._open / "z"),
             context=self.context,
         )
-        log = open(self._closed / "said.txt", "wb")
-        with log:
+        with open(self._closed / "said.txt", "wb") as log:
             self.km.start_kernel(env=environment, cwd=str(self._closed), stdout=log, stderr=subprocess.STDOUT)
         self.process = psutil.Process(self.km.provisioner.pid)
         deadline = time.monotonic() + self.limits.start_seconds
-        while not self._pin(held.kind):
+        while not self.alive() or not self._held(held.kind):
             if not self.alive() or time.monotonic() > deadline:
                 tail = (self._closed / "said.txt").read_text(errors="replace")[-400:]
                 self.stop()
@@ -144,44 +106,15 @@ class Kernel(RunningKernel):
         self.kc = self.km.client(context=self.context)
         self.kc.ip = str(self._closed / "z")
         self.kc.start_channels(stdin=False, hb=False, control=True)
-        self._cut = [
-            channel.socket.get_monitor_socket(zmq.EVENT_DISCONNECTED)
-            for channel in (self.kc.iopub_channel, self.kc.shell_channel)
-        ]
+        channels = (self.kc.iopub_channel, self.kc.shell_channel)
+        self._cut = [channel.socket.get_monitor_socket(zmq.EVENT_DISCONNECTED) for channel in channels]
 
-    def _pin(self, kind: str) -> bool:
-        """Whether all of its sockets listen; then they are held by descriptors, and our names for them lead to these.
-
-        What runs inside can put anything in the place of a socket, also a link to one outside, which is never followed.
-        The folder is reached through a process of the sandbox, before any code of a learner runs there.
-        """
-        with contextlib.suppress(psutil.NoSuchProcess):
-            inside = [f"/proc/{one.pid}/root" for one in self.process.children(recursive=True)]
-            for root in inside if kind == "bwrap" else [""]:
-                with contextlib.suppress(OSError):  # not there yet, or nobody listens yet
-                    self.sockets = os.open(f"{root}{self._open}", os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
-                    self._pinned.append(self.sockets)
-                    for number in range(1, SOCKETS + 1):
-                        self._hold(number)
-                    return True
-                self._unpin()
-        return False
-
-    def _hold(self, number: int) -> None:
-        """Hold one socket that listens; its name in the closed folder leads to it from now on. Else OSError."""
-        held = os.open(f"z-{number}", os.O_PATH | os.O_NOFOLLOW, dir_fd=self.sockets)
-        self._pinned.append(held)
-        name = self._closed / f"z-{number}"
-        name.unlink(missing_ok=True)
-        name.symlink_to(f"/proc/self/fd/{held}")
-        if not stat.S_ISSOCK(os.fstat(held).st_mode):
-            raise OSError(f"{name.name} is no socket")
-        with socket.socket(socket.AF_UNIX) as trial:
-            trial.connect(str(name))
-
-    def _unpin(self) -> None:
-        while self._pinned:
-            os.close(self._pinned.pop())
+    def _held(self, kind: str) -> bool:
+        """Whether all of its sockets listen, and are held; they are found through a process of the sandbox."""
+        inside = [f"/proc/{one.pid}/root" for one in self.process.children(recursive=True)]
+        held = any(self._sockets.hold(f"{root}{self._open}") for root in (inside if kind == "bwrap" else [""]))
+        self.sockets = self._sockets.folder
+        return held
 
     @property
     def watched(self) -> bool:
@@ -198,15 +131,12 @@ class Kernel(RunningKernel):
         self._limit, self._mark = name, self.now()
         yield
 
-    def _over(self) -> bool:
-        return spent(self._mark, self.now()) > getattr(self.limits, self._limit)
+    def _most(self) -> float:
+        return getattr(self.limits, self._limit)
 
-    def execute_cell_input(self, cell_input: str, allow_stdin: bool | None = None) -> str:
-        """Send a cell to be run; the id of the request."""
-        return self._request(cell_input)
-
-    def _request(self, source: str, given: Sequence[bytes] = ()) -> str:
-        content = {"code": source, "silent": False, "store_history": False, "user_expressions": {}}
+    def execute_cell_input(self, cell_input: str, allow_stdin: bool | None = None, given: Sequence[bytes] = ()) -> str:
+        """Send a cell to be run, with what is `given` beside it; the id of the request."""
+        content = {"code": cell_input, "silent": False, "store_history": False, "user_expressions": {}}
         content |= {"allow_stdin": False, "stop_on_error": False}
         request = self.kc.session.msg("execute_request", content)
         try:
@@ -219,7 +149,7 @@ class Kernel(RunningKernel):
     def ask(self, source: str, given: Sequence[bytes]) -> list[Any]:
         """Run a probe with `given` beside it, and return what `note_answer` made of the answers that came."""
         self._answered = 0
-        message = self._request(source, given)
+        message = self.execute_cell_input(source, given=given)
         answers: list[Any] = []
         self.await_reply(message)
         while True:
@@ -240,10 +170,7 @@ class Kernel(RunningKernel):
         """Whether the process runs and nothing struck it."""
         return self._struck is None and hasattr(self, "km") and bool(self.km.is_alive())
 
-    def is_alive(self) -> bool:
-        return self.alive()
-
-    # what nbval calls
+    is_alive = alive
 
     def await_reply(self, msg_id: str, timeout: float | None = None) -> None:
         """Wait for the reply within the limit in force; after it, interrupt, and if that is ignored, kill."""
@@ -253,8 +180,7 @@ class Kernel(RunningKernel):
             try:
                 message = self.get_message("shell", until - time.monotonic() if late else None)
             except Empty:
-                told = f"{self._limit} = {getattr(self.limits, self._limit):g}"
-                sentence = f"Time was up ({told}): perhaps a loop that never ends."
+                sentence = f"Time was up ({self._limit} = {self._most():g}): perhaps a loop that never ends."
                 if late:
                     self.strike("timeout", sentence + " It did not stop when interrupted, so its kernel was ended.")
                     raise self._struck from None
@@ -283,7 +209,8 @@ class Kernel(RunningKernel):
             if self._ready[stream]:
                 return self._ready[stream].popleft()
             left = until - time.monotonic()
-            if left <= 0 or (timeout is None and self._over()):
+            over = timeout is None and spent(self._mark, self.now()) > self._most()
+            if left <= 0 or over:
                 raise Empty
             readable = dict(poller.poll(min(left, 0.1) * 1000))
             for one in set(readable) & set(sockets):
@@ -297,10 +224,11 @@ class Kernel(RunningKernel):
             try:  # it may just be ending, which ends connections, too
                 self.km.provisioner.process.wait(0.5)
             except subprocess.TimeoutExpired:
-                told = f"message_mb = {self.limits.message_mb:g}"
-                self.strike("output", f"The kernel's connection broke: it sent more at once than allowed ({told}).")
+                self._limited(
+                    "output", "The kernel's connection broke: it sent more at once than allowed", "message_mb"
+                )
         if self.group is not None and self.group.killed():
-            self.strike("memory", f"It used more memory than allowed (memory_mb = {self.limits.memory_mb:g}).")
+            self._limited("memory", "It used more memory than allowed", "memory_mb")
         elif not self.km.is_alive():
             self.strike("died", "The kernel ended while this task ran: something in it ended the program.")
 
@@ -308,8 +236,7 @@ class Kernel(RunningKernel):
         parts = one.recv_multipart(zmq.NOBLOCK)
         size = sum(len(part) for part in parts)
         if size > self.limits.message_mb * 1e6:
-            told = f"message_mb = {self.limits.message_mb:g}"
-            self.strike("output", f"The kernel sent more at once than allowed ({told}).")
+            self._limited("output", "The kernel sent more at once than allowed", "message_mb")
             return
         try:
             weigh(parts)
@@ -324,16 +251,17 @@ class Kernel(RunningKernel):
         if is_answer(message):
             self._answered += size
             if size > self.limits.answer_mb * 1e6 or self._answered > 2 * self.limits.answer_mb * 1e6:
-                told = f"answer_mb = {self.limits.answer_mb:g}"
-                self.strike("oversized", f"The answer was larger than allowed ({told}).")
+                self._limited("oversized", "The answer was larger than allowed", "answer_mb")
                 return
         elif stream == "iopub" and kind != "status" and kind != "execute_input":
             self._shown += size
         if kept is not None:
             self._ready[stream].append(kept)
         if self._shown > self.limits.output_mb * 1e6 or len(self._ready[stream]) > MOST_WAITING:
-            told = f"output_mb = {self.limits.output_mb:g}"
-            self.strike("output", f"It printed more than allowed ({told}): perhaps a print in a loop.")
+            self._limited("output", "It printed more than allowed, perhaps in a loop", "output_mb")
+
+    def _limited(self, code: str, sentence: str, limit: str) -> None:
+        self.strike(code, f"{sentence} ({limit} = {getattr(self.limits, limit):g}).")
 
     def strike(self, code: str, sentence: str) -> None:
         """End the kernel, with the reason that everybody who waits for it will see."""
@@ -347,9 +275,7 @@ class Kernel(RunningKernel):
 
     def _kill(self) -> None:
         with contextlib.suppress(psutil.NoSuchProcess):
-            family = self.process.children(recursive=True)
-            self.process.kill()
-            for one in family:
+            for one in [self.process, *self.process.children(recursive=True)]:
                 with contextlib.suppress(psutil.NoSuchProcess):
                     one.kill()
 
@@ -367,7 +293,7 @@ class Kernel(RunningKernel):
         self.km.cleanup_resources()
         del self.km
         self.context.destroy(linger=0)
-        self._unpin()
+        self._sockets.release()
         if self.group is not None:
             self.group.remove()
         for place in (self._closed, self._open):

@@ -9,17 +9,63 @@ import select
 import signal
 import time
 from collections.abc import Callable
+from dataclasses import astuple
 from typing import Any
 
 import psutil
 
-from course_lib.grading.intake.untrusted_notebook import Unreadable
-from course_lib.grading.run.die_with_parent import die_with_parent
+from course_lib.grading.intake.untrusted_notebook import IntakeLimits, Unreadable, notebook_of
+from course_lib.grading.release.rebuild import Answer, Piece, Rebuilt, older_release, rebuild
+from course_lib.grading.release.released import ReleasedLab
+from course_lib.tasks.sources import forbidden_in_text
 
-__all__ = ["all_of", "read_apart"]
+from .die_with_parent import die_with_parent
+from .kernel_imports import SILENT
+from .limits import Limits
+
+__all__ = ["all_of", "read_apart", "read_submission"]
 
 PATIENCE = 3
 """It may wait so many times as long as it may compute: others may compute meanwhile."""
+
+
+def read_submission(data: bytes, lab: ReleasedLab, limits: Limits) -> tuple[str, Rebuilt, dict[str, str]]:
+    """Why a notebook is of an older release, or ""; the rebuilt notebook; why which answers are not taken, by task.
+
+    Raises
+    ------
+    Unreadable
+        If nothing of it can be graded, or reading it takes more than its share.
+    """
+
+    def read() -> dict[str, Any]:
+        nb = notebook_of(data, IntakeLimits())
+        if older := older_release(nb, lab):
+            return {"older": older}
+        rebuilt = rebuild(nb, lab)
+        given = "\n".join(lab.cells[name] for name in lab.given)
+        found = [answer for answer in rebuilt.answers if answer.state == "found"]
+        refused = {a.slot.task.id: forbidden_in_text(a.slot.task, a.source, given, SILENT) for a in found}
+        return {"older": "", "rebuilt": _packed(rebuilt), "refused": refused}
+
+    told = read_apart(read, limits.read_seconds, limits.read_mb)
+    if told["older"]:
+        return told["older"], Rebuilt([], [], []), {}
+    return "", _unpacked(told["rebuilt"], lab), told["refused"]
+
+
+def _packed(rebuilt: Rebuilt) -> dict[str, Any]:
+    """It as plain data, for another process; `_unpacked` gives it back."""
+    answers = [[a.state, a.source, a.trouble, [astuple(piece) for piece in a.pieces]] for a in rebuilt.answers]
+    return {"given": [astuple(p) for p in rebuilt.given], "answers": answers, "notices": rebuilt.notices}
+
+
+def _unpacked(told: dict[str, Any], lab: ReleasedLab) -> Rebuilt:
+    answers = [
+        Answer(slot, state, source, trouble, [Piece(*piece) for piece in pieces])
+        for slot, (state, source, trouble, pieces) in zip(lab.slots, told["answers"], strict=True)
+    ]
+    return Rebuilt([Piece(*piece) for piece in told["given"]], answers, told["notices"])
 
 
 def read_apart(read: Callable[[], Any], seconds: float, megabytes: float) -> Any:

@@ -24,7 +24,7 @@ from course_lib.grading.run.inside.kernel_main import REFUSED
 from .kernel_imports import Room
 from .limits import Limits
 
-__all__ = ["Held", "NoSandbox", "bwrap_command", "open_command", "probe_sandbox"]
+__all__ = ["Held", "NoSandbox", "bwrap_command", "kernel_command", "probe_sandbox"]
 
 BASE = (
     *("--die-with-parent", "--new-session", "--cap-drop", "ALL", "--clearenv"),
@@ -126,6 +126,23 @@ def open_command(room: Room, folder: Path) -> tuple[list[str], dict[str, str]]:
             place.symlink_to(path)
     home = {"HOME": str(folder), "TMPDIR": str(folder), "IPYTHONDIR": str(folder / "ipython")}
     return [interpreter(), "-I", "-S"], {**ENVIRONMENT, **home}
+
+
+def kernel_command(
+    held: Held, room: Room, limits: Limits, closed: Path, sockets: Path
+) -> tuple[list[str], dict[str, str]]:
+    """The command of a kernel, and its environment.
+
+    Parameters
+    ----------
+    closed, sockets : folders: with the connection file c.json, only to be read inside; and for its sockets.
+    """
+    connection = str(closed / "c.json")
+    if held.kind == "bwrap":
+        words = [interpreter(), "-I", "-S", "/course/kernel_main.py", "/course/room.json", connection, held.kind]
+        return bwrap_command(held, room, limits, words, (closed, sockets)), {"PATH": "/usr/bin:/bin"}
+    words, environment = open_command(room, sockets)
+    return [*words, f"{room.folder}/kernel_main.py", f"{room.folder}/room.json", connection, held.kind], environment
 
 
 def interpreter() -> str:

@@ -5,6 +5,7 @@ Run as `python -I -S kernel_main.py room.json connection.json bwrap|none`, so th
 """
 
 import ctypes
+import errno
 import importlib
 import importlib.abc
 import importlib.machinery
@@ -141,15 +142,16 @@ def _filter(machine):
     shared_without_file, local = 0x01 | 0x20, 1
     lines += [(equal, 0, 4, MMAP[machine]), (load, 0, 0, arguments[3]), (both, 0, 0, shared_without_file)]
     lines += [(equal, "refuse", 0, shared_without_file), (load, 0, 0, number)]
-    lines += [(equal, 0, 3, SOCKET[machine]), (load, 0, 0, arguments[0]), (equal, 0, "refuse", local)]
+    lines += [(equal, 0, 3, SOCKET[machine]), (load, 0, 0, arguments[0]), (equal, 0, "no network", local)]
     lines += [(load, 0, 0, number)]
     buffers, of_sockets = (7, 8, 32, 33), 1  # their sizes, for sending and receiving, by force or not
     lines += [(equal, 0, 3 + len(buffers), SET_OPTION[machine]), (load, 0, 0, arguments[1])]
     lines += [(equal, 0, 1 + len(buffers), of_sockets), (load, 0, 0, arguments[2])]
     lines += [(equal, "refuse", 0, one) for one in buffers]
-    lines += [(give, 0, 0, 0x7FFF0000), (give, 0, 0, 0x00050000 | 1)]  # allowed; not permitted
-    last = len(lines) - 1
-    return [tuple(last - i - 1 if part == "refuse" else part for part in line) for i, line in enumerate(lines)]
+    answers = {"allow": 0x7FFF0000, "refuse": 0x00050000 | errno.EPERM, "no network": 0x00050000 | errno.ENETUNREACH}
+    places = {name: len(lines) + i for i, name in enumerate(answers)}
+    lines += [(give, 0, 0, value) for value in answers.values()]
+    return [tuple(places[p] - i - 1 if isinstance(p, str) else p for p in line) for i, line in enumerate(lines)]
 
 
 def refuse_calls():
