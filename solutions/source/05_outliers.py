@@ -13,7 +13,7 @@
 # %% [markdown]
 # # Lab 05 Outliers
 #
-# Six tasks, about 55 minutes. Each starts from given inputs, so a task that you leave open blocks nothing. Write your code
+# Six tasks, about 54 minutes. Each starts from given inputs, so a task that you leave open blocks nothing. Write your code
 # where it says `raise NotImplementedError`, run the cell, then run the check below it. The check says what is off and by how much. Try again
 # and it says what the mistake looks like, then where to read.
 #
@@ -95,7 +95,7 @@ picture(fig, alt="A desk with two boxes, a rod and a cable; behind it a sign "
 # - `cost`: a whole number
 # - returns: a number, pixels
 #
-# For example, with bins from 0, 2 and 4 px, true points at 1, 1 and 3 px and wrong ones at 3, 3 and 5 px, and a cost of 2, the answer is 4 px: the
+# For example, with edges 0, 2, 4 and 6 px, true points at 1, 1 and 3 px and wrong ones at 3, 3 and 5 px, and a cost of 2, the answer is 4 px: the
 # bin from 2 px has two wrong points, and one true one that weighs as much.
 #
 # <details><summary>Hint 1: idea</summary>Compare the two counts bin by bin, with the price of each. You want the first True of the answer.</details>
@@ -209,9 +209,11 @@ except NotImplementedError as todo:
     print(todo)
 
 # %% [markdown]
+# Little goes, mostly at edges: as a *threshold* three pixels are enough here; as a *reach*, in the lesson, they were not, as this camera measures far depths in steps that are longer.
+#
 # ## Task 3 — mend a filter by a second view (3 points)
 #
-# The camera moved a little and looked again. What is there is seen again; a mirrored patch, a flying pixel and a stray are elsewhere now. `others` are the points of the second
+# The camera moved and looked again. What is there is seen again; flying pixels and strays are elsewhere now, and the glass shows another part of what it mirrors. `others` are the points of the second
 # view, brought into the frame of the first. So keep a point of the first view if the *other view* has at least `least` points within `radius` of it.
 # Somebody wrote that filter and gave it to you. There are three mistakes in it. Mend them all.
 #
@@ -274,8 +276,8 @@ check("05-3", keep_by_radius)
 #
 # `"std_ratio too large"`, `"radius too small"`, `"least cluster size too large"`, `"kept and removed exchanged"`, `"repeated twelve times"`
 #
-# <details><summary>Hint 1: idea</summary>Ask of each: are strays left? Is a whole true thing missing? Are there
-# holes in the wall, widening, and borders eaten away, or are points missing sprinkled over the whole wall?</details>
+# <details><summary>Hint 1: idea</summary>Ask of each: are strays left? Is one whole thing missing and all else untouched? A surface seen at a slant has wider spacing: it is the first
+# that a short radius or repeating takes. Are there holes that widen and borders eaten away, or are points missing everywhere?</details>
 # <details><summary>Hint 2: call</summary>Return <code>{"A": "…", "B": "…", …}</code> with the letters A to E.</details>
 
 # %% tags=["expected", "hide-input"]
@@ -323,12 +325,12 @@ check("05-4", causes)
 # ## Task 5 — clean a desk in a deep room (4 points, open-ended)
 #
 # Here is a whole cloud of about 16,000 points, such as `desk`: fx is 110 px, the desk begins at 0.6 m, the wall is 3 to 6 m away. Surfaces, a rod, a cable, a sign;
-# flying pixels, one mirrored patch, strays and specks of four. Nobody tells you which is which. Clean it. (Flying pixels keep five pixels and more from what is true; on the lesson's desk they touch it.)
+# flying pixels, one mirrored patch, strays and specks of four. Nobody tells you which is which. Clean it. (Flying pixels keep five pixels and more from what is true, though less from each other; on the lesson's desk they touch it.)
 #
 # - `points`: (N, 3) float, metres
 # - returns: (N,) bool, True for points that stay
 #
-# You are scored by F1 of what you remove: from 60 % on 1 point, from 80 % on 2, from 90 % on 3, from 97 % on all 4. Whoever loses more than 5 % of rod and cable gets no more
+# You are scored by F1 of what you remove: from 60 % on 1 point, from 85 % on 2, from 92 % on 3, from 97 % on all 4. Whoever loses more than 5 % of rod and cable gets no more
 # than 1. **The worst of 7 fresh scenes counts; the check shows 3.** To tune, use `desk` and `kinds`: `score(clean(desk), kinds)`. The smallest true thing has more than
 # 350 points, the mirrored patch fewer than 250.
 #

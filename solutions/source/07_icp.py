@@ -14,13 +14,13 @@
 # # Lab 07 ICP
 #
 # Six tasks, about 60 minutes. Each starts from given inputs, so a task that you leave open blocks nothing. Write your code
-# where it says `raise NotImplementedError`, run the cell, then run the check below it. The check says by how much you are
-# off, and in which part. Try again and it says what the mistake looks like, then where to read.
+# where it says `raise NotImplementedError`, run the cell, then the check below it. It says by how much you are
+# off; try again and it says what the mistake looks like, then where to read.
 #
 # Everything you need stands in [lesson 07](../notebooks/07_icp.ipynb). Use NumPy, and in task 5 also SciPy's k-d tree: the course's own `icp` and `transforms`
 # are closed. Points are rows, `(N, 3)`, in metres. `T_target_source` is 4x4 and maps source coordinates to target coordinates; a point
 # moves by `points @ T[:3, :3].T + T[:3, 3]`. The cell below gives you `turn(axis, degrees)`: the 3x3 rotation by so many **degrees** about an axis
-# of any length.
+# of any length but 0.
 
 # %%
 from course_lib.notebook import check, data, picture, report, report_table, show
@@ -37,7 +37,14 @@ example = two_scans(np.random.default_rng(70))
 
 def turn(axis, degrees):
     """(3, 3) rotation about an axis through the origin."""
-    x, y, z = np.asarray(axis) / np.linalg.norm(axis)
+    length = np.linalg.norm(axis)
+    if not 0 < length < np.inf:
+        raise ValueError(
+            f"turn: an axis of length {length}. In ICP: no pair was within the "
+            "radius (is the first as large as the scans are apart?), or the "
+            "cloud ran away (is it step @ T?)."
+        )
+    x, y, z = np.asarray(axis) / length
     K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     a = np.radians(degrees)
     return np.eye(3) + np.sin(a) * K + (1 - np.cos(a)) * K @ K
@@ -83,13 +90,13 @@ check("07-1", accumulate)
 #
 # Marks were put up in a hall and found in two scans: row i of the source belongs to row i of the target. Two things are new. A mark that was
 # seen well weighs more: make $\sum w_i \lVert R\,p_i + t - q_i \rVert^2$ smallest. And some marks were not found in one of the scans: there the row is NaN,
-# and the pair does not count, whatever its weight. The picture shows source, target, and where the source should end: on the target.
+# and the pair does not count, whatever its weight.
 #
 # - `source`, `target`: (N, 3) float, metres; a row of NaN where a mark was not found
 # - `weights`: (N,) float, 0 or more
 # - returns: (4, 4) `T_target_source`: a rotation (never a reflection) and a translation
 #
-# <details><summary>Hint 1: idea</summary>First keep the rows that are in both. Then go through section 1 again: which of its sums get a weight?
+# <details><summary>Hint 1: idea</summary>First keep the rows that are whole in both: one NaN that reaches the SVD, and it does not converge. Then go through section 1 again: which of its sums get a weight?
 # All of them.</details>
 # <details><summary>Hint 2: formula</summary>mean = Σ w p / Σ w; the cross-covariance is Σ w p qᵀ of the centred points = U W Vᵀ;
 # R = V diag(1, 1, det(V Uᵀ)) Uᵀ; t = mean of target − R · mean of source.</details>
@@ -131,8 +138,8 @@ check("07-2", best_rigid)
 # %% [markdown]
 # ## Task 3 — mend a step of ICP (3 points)
 #
-# Somebody wrote one step of ICP. Run again and again it walks away from the target and reports a perfect fitness all the while.
-# There are three mistakes in it. Mend them all. The check tries bumpy ground with strays above it, and two raw scans of the Stanford bunny.
+# One step of ICP. Run again and again it walks away from the target and reports a perfect fitness.
+# There are three mistakes in it. Mend them all; not all that looks unlike the lesson is a mistake. The check tries bumpy ground with strays above it, and two raw scans of the Stanford bunny.
 #
 # - `source`, `target`: (N, 3), (M, 3) float, metres
 # - `T`: (4, 4) `T_target_source` so far
@@ -192,9 +199,8 @@ def icp_step(source, target, T, radius):
 check("07-3", icp_step)
 
 # %% [markdown]
-# And on two raw scans of the Stanford bunny, thinned. They begin as the scanner stored them, one turned against the other; we undo most of
-# that, as a person would by hand, and your step does the rest. (Here a step on the wrong side goes astray by the turn between the scans
-# and still comes closer: this pair forgives it, the check does not.)
+# And on two raw scans of the Stanford bunny, thinned. We undo most of the turn between them, as a person would by hand, and your step does the rest.
+# (A step on the wrong side still comes closer here: this pair forgives it, the check does not.)
 
 # %% tags=["real-data", "hide-input"]
 # real data: stanford_bunny
@@ -267,10 +273,10 @@ check("07-4", causes)
 # %% [markdown]
 # ## Task 5 — register two scans (4 points, open-ended)
 #
-# Two scans of one bumpy ground, 1.5 m by 2 m each, share about two thirds. Each has 1,200 points, 2 to 3 cm apart, with 5 mm of noise; the
-# source has 300 more on leaves, up to half a metre above the ground. A compass and a step counter give `start`; it is 15 to 22 degrees and
-# up to a metre off. No pairs are given. Where does the source belong? The picture shows one such pair, `example`, put down by its `start`;
-# `example.T_target_source` is its truth, to try your radii on.
+# Two scans of one bumpy ground share about two thirds. Some grounds are a flower bed, others a field, 4.5 m by 6 m up to 30 m by 40 m, always with 1,200 points.
+# So the spacing differs, too (the median distance to the nearest neighbour); the noise is a fifth of it. The source has 300 points
+# more on leaves, up to a quarter of the target's length above the ground. `start` is 15 to 22 degrees and up to half that length off.
+# Where does the source belong? The lesson's radii fit one room; compute yours. `example` is one such pair; `example.T_target_source` is its truth.
 #
 # - `source`: (N, 3) float, metres, in the source's own coordinates
 # - `target`: (M, 3) float, metres
@@ -278,14 +284,14 @@ check("07-4", causes)
 # - `start`: (4, 4), a `T_target_source` to begin with
 # - returns: (4, 4) `T_target_source`
 #
-# You are scored by how far the points of the source's ground end from their true places, in the mean: under 45 mm earns 1 point, under 25 mm 2,
-# under 18 mm 3, under 14 mm all 4. The worst of seven fresh pairs of scans counts; the check shows three.
+# You are scored by how far the points of the source's ground end from their true places, in the mean, counted in spacings: under 2 earns 1 point, under 1.2
+# 2, under 0.9 3, under 0.6 all 4. The worst of seven fresh pairs counts; the check shows three.
 #
 # <details><summary>Hint 1: idea</summary>At first true partners are far away, later only wrong ones are: leaves, and the third that only one scan saw. What
-# should the radius do?</details>
+# should the radius do, and which of this scene's lengths does it follow?</details>
 # <details><summary>Hint 2: formula</summary>To planes: rows (p × n, n), right-hand side n · (q − p), solved for a small turn w and a shift. Each step goes
 # onto T from the left.</details>
-# <details><summary>Hint 3: call</summary><code>cKDTree(target).query(moved)</code>, <code>np.cross</code>, <code>np.linalg.lstsq</code>, and
+# <details><summary>Hint 3: call</summary><code>cKDTree(target).query(moved)</code>, <code>np.ptp(target, axis=0)</code>, <code>np.cross</code>, <code>np.linalg.lstsq</code>, and
 # <code>turn(w, np.degrees(np.linalg.norm(w)))</code> for the rotation vector w in radians (the identity, if w is zero).</details>
 
 # %% tags=["expected", "hide-input"]
@@ -304,7 +310,10 @@ def register(source, target, normals, start):
     """(4, 4) T_target_source of two scans that overlap in part."""
     # BEGIN SOLUTION
     T, tree = start.copy(), cKDTree(target)
-    for radius in (1.5, 0.5, 0.2, 0.1, 0.05):
+    spacing = np.median(tree.query(target, 2)[0][:, 1])
+    for radius in np.geomspace(
+        np.ptp(target, axis=0).max() / 2, 2 * spacing, 5
+    ):
         for _ in range(10):
             moved = T[:3, 3] + source @ T[:3, :3].T
             distance, index = tree.query(moved)

@@ -345,8 +345,8 @@ def _one_after_another(lesson: dict, points, up, threshold, tries: int, most: in
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("tries", "most", "least"),
-    [(50, 10, 0), (50, 7, 0), (50, 99, 0.1), (600, 4, 0), (600, 6, 0), (600, 10, 0)],
-    ids=["50 tries, ten planes", "50 tries, seven", "50 tries", "four planes", "six planes", "no support asked for"],
+    [(50, 10, 0), (50, 99, 0.1), (600, 4, 0), (600, 6, 0), (600, 10, 0)],
+    ids=["50 tries, ten planes", "50 tries", "four planes", "six planes", "no support asked for"],
 )
 def test_a_naive_setting_of_the_lesson_earns_less_than_half(lesson, tries, most, least):
     """Few tries, a fixed number of planes, no support: each loses one of seven rooms, but by rare luck."""
@@ -355,7 +355,7 @@ def test_a_naive_setting_of_the_lesson_earns_less_than_half(lesson, tries, most,
         cases = tasks.fresh(task, 5000 + seed)
         found = (_one_after_another(lesson, *case.given.values(), tries, most, least) for case in cases)
         lucky += all(task.judge(case, plane).score >= 0.5 for case, plane in zip(cases, found, strict=True))
-    assert lucky <= max(1, 0.03 * gradings)
+    assert lucky <= max(1, 0.02 * gradings)
 
 
 def test_a_reflection_is_told_by_how_few_points_lie_on_it(lesson):

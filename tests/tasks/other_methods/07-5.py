@@ -7,12 +7,13 @@ from scipy.spatial.transform import Rotation
 
 def register(source, target, normals, start):
     T, tree = start.copy(), cKDTree(target)
+    spacing = np.median(tree.query(target, 2)[0][:, 1])
     for _ in range(60):
         p = source @ T[:3, :3].T + T[:3, 3]
         distance, index = tree.query(p)
         q, n = target[index], normals[index]
         # Tukey's weights; the median shrinks as the source comes home
-        reach = max(2 * np.median(distance), 0.05)
+        reach = max(2 * np.median(distance), 2 * spacing)
         root = np.maximum(1 - (distance / reach) ** 2, 0)
         A = np.c_[np.cross(p, n), n] * root[:, None]
         b = np.sum(n * (q - p), axis=1) * root

@@ -140,9 +140,9 @@ MORE_CUT_MISTAKES = (
 
 _GIVEN_MISTAKES = {
     "itself": (".sum(axis=1) - 1", ".sum(axis=1)",
-               "one neighbour too many asked for: none of the others is the point itself, so take none off and use >="),
+               "one neighbour too many asked for: who is taken off the count, and is he among those counted?"),
     "squared": ("squared <= radius)", "squared <= radius ** 2)",
-                "a squared distance compared with a radius: square that, too"),
+                "two quantities of different units compared, square metres with metres"),
     "exchanged": ("count < least", "count >= least",
                   "True for the points that should go, with few neighbours"),
 }  # fmt: skip

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from course_lib.tasks.core import Case
+from course_lib.tasks.labs.lab_05_outliers.deep_desk import FOCAL
 from course_lib.tasks.plain import Plain
 from course_lib.tasks.wording import quantity
 
@@ -57,6 +58,17 @@ def part_of_radius(case: Case, answer: Plain) -> Part:
     return None
 
 
+def _tied(z: np.ndarray) -> str:
+    """How many pixels near by a reach of three of the wall's is; z (N,) in metres."""
+    near, far = np.quantile(z, (0.01, 0.99))
+    return (
+        "The reflection stays, and many flying pixels do. No distance and no count finds a dense patch. If you use "
+        "clusters, either your least size is below the patch, or your reach bridges the gap to the desk: at "
+        f"{near:.1f} m a pixel is {1000 * near / FOCAL:.0f} mm, and 3 z / fx of the wall is {3 * far / near:.0f} of "
+        "them."
+    )
+
+
 def part_of_clean(case: Case, answer: Plain) -> Part:
     """Which kind of thing is lost or left in, the first that must be mended."""
     keep, kinds = np.asarray(answer), case.hidden["kinds"]
@@ -81,6 +93,13 @@ def part_of_clean(case: Case, answer: Plain) -> Part:
         return "rod and cable removed", (
             "Rod and cable are gone: they have few neighbours and few points. Which filter counts, from how many on?"
         )
+    if max(flying, mirrored, noise) < 0.1:
+        return "hardly anything removed", (
+            "Hardly anything was removed, of no kind. Is a length in pixels used on metres, or was depth lost on the "
+            "way? In points · fx / z all have the same third coordinate, fx, so near and far lie on one plane."
+        )
+    if mirrored < 0.5 and flying < 0.5:
+        return "the reflection and flying pixels stay", _tied(case.given["points"][:, 2])
     if mirrored < 0.5:
         return "the reflection stays", (
             "The reflection stays: it is as dense as a true surface, so no distance and no count finds it. It is an "

@@ -72,7 +72,7 @@ def fit_cases(rng: np.random.Generator) -> list[Case]:
     degrees = rng.uniform(8, 25, 3)
     cases = [
         _marks(rng, solid, degrees[0], 0.3, "marks about the origin"),
-        _some_not_found(rng, _marks(rng, far, degrees[1], 0.6, "marks two metres away, some not found")),
+        _some_not_found(rng, _marks(rng, far, degrees[1], 0.6, "marks two metres away; some rows are NaN in the source, others in the target")),
         _some_wrong(rng, _marks(rng, solid + [0.4, 0.8, 0], degrees[2], 0.3, "some wrong pairs, of weight 0")),
     ]
     while True:  # of clouds as flat as their noise, half need the guard: draw until this one does

@@ -37,8 +37,11 @@ def parts_of_step(case: Case, answer: Plain) -> Found | None:
     if known:
         more = more or "it is no share of the source points that were kept."
         return "two mistakes", f"The pairs are right; T and the fitness are not. T: {known} The fitness: {more}"
+    if more and fitness != 1:
+        return "two mistakes", f"Two separate mistakes, one in T and one in the fitness. T: {words} The fitness: {more}"
     return "T and the fitness", (
-        "T and the fitness are both wrong, so look first at what both come from: distances and `keep`. "
+        "T and the fitness are both wrong: one mistake in what both come from (moved, distances, `keep`), or two "
+        "separate ones, one in T and one in the fitness. "
         f"T: {words}{f' The fitness: {more}' if more else ''}"
     )
 
@@ -64,22 +67,38 @@ def _of_T(case: Case, T: np.ndarray) -> str:
     """What a T is made of, where that can be told."""
     before = case.given["T"]
     step = case.truth["T"] @ np.linalg.inv(before)
+    other_way = _turned_back(case, step)
     for value, words in (
         (before @ step, "T @ step applies the step first; it stands leftmost."),
         (step, "it is the step alone, without the motion so far."),
         (before, "it is still the T that came in."),
         (case.truth["T"] @ before, "the step was fitted to the source as given, and put onto T again."),
         (np.linalg.inv(step) @ before, "the step goes the wrong way, as its inverse does."),
+        (other_way @ before, f"{_TRANSPOSED}."),
+        (before @ other_way, f"{_TRANSPOSED}, and step stands left of T."),
     ):
         if np.abs(T - value).max() < 1e-4:
             return words
     return ""
 
 
+_TRANSPOSED = "the step's rotation is transposed: (U G Vᵀ)ᵀ = V G Uᵀ was right as given, so put `.T` back"
+
+
+def _turned_back(case: Case, step: np.ndarray) -> np.ndarray:
+    """The step with its rotation transposed, and the shift that follows from it."""
+    moved = _moved(case.given["T"], case.given["source"])
+    kept = moved[cKDTree(case.given["target"]).query(moved)[0] <= case.given["radius"]]
+    T = np.eye(4)
+    T[:3, :3] = step[:3, :3].T
+    T[:3, 3] = _moved(step, kept.mean(axis=0)) - T[:3, :3] @ kept.mean(axis=0)
+    return T
+
+
 # ------------------------------------------------------------------------------------------------- 5 two scans
 
 _HOME, _NEAR, _STILL, _CREEPS = 0.012, 0.15, 0.003, 0.014
-"""Metres over the surface: home; steps can still come home; a step that moves no farther rests, or creeps."""
+"""Over the surface, metres where the ground is 1.5 m by 2 m: home; steps can still come home; a step rests, or creeps."""
 _TRY_ONE = (
     "Try your step by itself on a floor that lies 10 cm too high (q on z = 0, n up): it must be −10 cm in z and no "
     "turn, or a sign or a half of x is wrong. Then turn a bumpy target by 5°: the step must turn it back, or look at "
@@ -93,8 +112,10 @@ def parts_of_registration(case: Case, answer: Plain) -> Found | None:
     T, truth, surface = np.asarray(answer, dtype=float), case.truth, case.hidden["surface"]
     start = case.given.get("start", np.eye(4))
 
+    size = case.hidden.get("size", 1.0)
+
     def apart(one: np.ndarray, other: np.ndarray) -> float:
-        return float(np.linalg.norm(_moved(one, surface) - _moved(other, surface), axis=1).mean())
+        return float(np.linalg.norm(_moved(one, surface) - _moved(other, surface), axis=1).mean()) / size
 
     off, before, needed = apart(T, truth), apart(start, truth), rotation_degrees(start[:3, :3], truth[:3, :3])
     turned = rotation_degrees(start[:3, :3], T[:3, :3])
@@ -124,18 +145,19 @@ def _where_it_rests(
     case: Case, T: np.ndarray, off: float, before: float, apart: Callable[[np.ndarray, np.ndarray], float]
 ) -> Found:
     """What a right step would do from where an answer ended says what was missing."""
-    size = quantity(off, "m")
+    scale = case.hidden.get("size", 1.0)
+    size, begun = quantity(scale * off, "m"), quantity(scale * before, "m")
     if 0.95 * before < off < 1.15 * before:
         return "hardly nearer", (
-            f"It ends {size} from home, and began {quantity(before, 'm')} from it. Is anything kept at first: does the "
+            f"It ends {size} from home, and began {begun} from it. Is anything kept at first: does the "
             "radius begin as large as the scans are apart? And is each step put onto T, so that the next goes on?"
         )
     if off > before:
         return "farther than before", (
-            f"It ends {size} from home, and began {quantity(before, 'm')} from it: steps go astray. {_TRY_ONE}"
+            f"It ends {size} from home, and began {begun} from it: steps go astray. {_TRY_ONE}"
         )
     (all_points, all_planes), (points, planes) = (
-        [apart(T, _stepped(case, T, radius, to_planes)) for to_planes in (False, True)] for radius in (np.inf, 0.1)
+        [apart(T, _stepped(case, T, radius, to_planes)) for to_planes in (False, True)] for radius in (np.inf, 0.1 * scale)
     )
     if min(all_points, all_planes) < _STILL:
         return "all pairs pull", (
@@ -149,8 +171,9 @@ def _where_it_rests(
         )
     if points < _CREEPS and planes > 10 * points:
         return "points hold each other", (
-            f"It ends {size} from home. Of points within 10 cm, a step to points hardly moves them from there, "
-            f"{quantity(points, 'm')}, and a step to planes does, {quantity(planes, 'm')}: measure to planes."
+            f"It ends {size} from home. Of points within {quantity(0.1 * scale, 'm')}, a step to points hardly moves them "
+            f"from there, {quantity(scale * points, 'm')}, and a step to planes does, {quantity(scale * planes, 'm')}: "
+            "measure to planes."
         )
     return "no place to rest", (
         f"It ends {size} from home, and a right step would move on from there: were there enough steps, is return "
@@ -184,7 +207,7 @@ def _stepped(case: Case, T: np.ndarray, radius: float, to_planes: bool) -> np.nd
 
 def _refined(case: Case, T: np.ndarray) -> np.ndarray:
     """Where steps to planes with a shrinking radius lead from T."""
-    for radius in np.geomspace(0.3, 0.08, 20):
+    for radius in case.hidden.get("size", 1.0) * np.geomspace(0.3, 0.08, 20):
         T = _stepped(case, T, radius, True)
     return T
 

@@ -59,7 +59,7 @@ WHICH_MISTAKES = (
 )
 
 
-_SHRINKING = "[1.5, 0.5, 0.2, 0.1, 0.05]"
+_SHRINKING = "np.geomspace(long / 2, 2 * gap, 5)"
 
 
 def _wrong_register(
@@ -95,6 +95,7 @@ def _wrong_register(
         "from scipy.spatial import cKDTree\n"
         "def register(source, target, normals, start):\n"
         f"    T, tree = {begin}, cKDTree(target)\n"
+        "    gap, long = np.median(tree.query(target, 2)[0][:, 1]), np.ptp(target, axis=0).max()\n"
         f"    for radius in {radii}:\n"
         f"        for _ in range({steps}):\n"
         "            moved = source @ T[:3, :3].T + T[:3, 3]\n"
@@ -128,6 +129,21 @@ _TURN = "add the turn of np.degrees(np.linalg.norm(w)) about w"
 OPEN_MISTAKES = (
     Misconception(
         "the lesson's own code",
+        "the start, or little more: the lesson's radii were for a room. Take the first from how far start may be off, "
+        "the last from this scene's spacing; look from where T has moved the source, and go on with step @ T",
+        _wrong_register(radii="[1.0, 0.3, 0.1, 0.05]", steps=10),
+        variants=(
+            *(_wrong_register(radii="[1.0, 0.3, 0.1, 0.05]", steps=steps) for steps in (25, 40)),
+            _wrong_register(radii="[1.0, 0.05]", steps=25),
+            *(_wrong_register(radii=f"[{many} * gap]", steps=30) for many in (2, 4, 6, 8)),
+            _wrong_register("points", "[2 * gap]", 30),
+            _wrong_register("points", "[1.0, 0.3, 0.1, 0.05]", 25),
+            _wrong_register(seen="source"),
+            "def register(source, target, normals, start):\n    return start\n",
+        ),
+    ),
+    Misconception(
+        "every pair, to points",
         "every pair kept, and distances to points, as in the lesson's first loop: leaves and what has no partner pull",
         _wrong_register("points", "[np.inf]", 30),
         variants=(_wrong_register("points", "[np.inf]", 60),),
@@ -135,20 +151,8 @@ OPEN_MISTAKES = (
     Misconception(
         "one large radius",
         "one radius, so large that leaves and what has no partner pull to the end: shrink it from coarse to fine",
-        _wrong_register(radii="[1.0]", steps=30),
-        variants=tuple(_wrong_register(radii=f"[{radius}]", steps=30) for radius in ("np.inf", 1.5, 0.7, 0.5)),
-    ),
-    Misconception(
-        "one small radius, or nothing kept",
-        "the start itself: is a pair ever kept (begin with a radius as large as the scans are apart, look from where T "
-        "has moved the source), and T replaced by step @ T",
-        _wrong_register(radii="[0.05]", steps=30),
-        variants=(
-            _wrong_register("points", "[0.05]", 30),
-            *(_wrong_register(radii=f"[{radius}]", steps=30) for radius in (0.1, 0.15, 0.2)),
-            _wrong_register(seen="source"),
-            "def register(source, target, normals, start):\n    return start\n",
-        ),
+        _wrong_register(radii="[long / 2]", steps=30),
+        variants=tuple(_wrong_register(radii=f"[{radius}]", steps=30) for radius in ("np.inf", "0.75 * long", "0.35 * long", "0.25 * long")),
     ),
     Misconception(
         "start ignored",
@@ -164,13 +168,13 @@ OPEN_MISTAKES = (
         "to points",
         "a shrinking radius, but distances to points, whose wrong pairs hold the ground back: measure to planes",
         _wrong_register("points"),
-        variants=(_wrong_register("points", "[1.0, 0.3, 0.1, 0.05]", 15), _wrong_register("points", steps=40)),
+        variants=(_wrong_register("points", "long * np.array([0.5, 0.15, 0.05, 0.025])"), _wrong_register("points", steps=40)),
     ),
     Misconception(
         "one step",
         "a single step: pairs are better after it, so look for them again, until nothing moves",
-        _wrong_register(radii="[1.5]", steps=1),
-        variants=(_wrong_register("points", "[1.5]", 1), _wrong_register("points", "[np.inf]", 1)),
+        _wrong_register(radii="[0.75 * long]", steps=1),
+        variants=(_wrong_register("points", "[0.75 * long]", 1), _wrong_register("points", "[np.inf]", 1)),
     ),
     Misconception(
         "degrees forgotten",

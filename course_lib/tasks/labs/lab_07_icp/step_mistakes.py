@@ -172,7 +172,8 @@ MEND_MISTAKES = (
     ),
     Misconception(
         "rotation of the step transposed",
-        "the step's rotation transposed, or p and q exchanged in its SVD: the given lines were right",
+        "the step's rotation transposed, or p and q exchanged in its SVD: (U G Vᵀ)ᵀ = V G Uᵀ was right as given, so put "
+        "`.T` back",
         _wrong_step(rotation="U @ guard @ Vt"),
     ),
     Misconception(

@@ -12,6 +12,7 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from course_lib.geometry.transforms import apply, compose, invert, rotation_z
 from course_lib.tasks.core import Case, Judge, Task, Verdict
@@ -129,31 +130,38 @@ def _judge_step(case: Case, answer: Plain) -> Verdict:
 
 # ------------------------------------------------------------------------------------------------------------ 5 open
 
-_BANDS = ((0.014, 1.0), (0.018, 0.75), (0.025, 0.5), (0.045, 0.25))  # metres, mean over the source's ground
+_BANDS = ((0.6, 1.0), (0.9, 0.75), (1.2, 0.5), (2.0, 0.25))  # spacings of the target, mean over the source's ground
 
 
 def _open_case(rng: np.random.Generator) -> Case:
     scans = two_scans(rng)
     return Case(
         {"source": scans.source, "target": scans.target, "normals": scans.normals, "start": scans.start},
-        {"truth": scans.T_target_source, "surface": scans.surface},
-        "two scans that share two thirds",
+        {
+            "truth": scans.T_target_source,
+            "surface": scans.surface,
+            "size": scans.size,
+            "spacing": float(np.median(cKDTree(scans.target).query(scans.target, 2)[0][:, 1])),
+        },
+        f"two scans of a ground of {1.5 * scans.size:.0f} m by {2 * scans.size:.0f} m",
     )
 
 
 def judge_scans(bands: Sequence[tuple[float, float]]) -> Judge:
-    """A judge of a registration by how far it leaves the source's ground from its true place, in these bands."""
+    """A judge of a registration by how far it leaves the source's ground from its place: spacings, else metres."""
 
     def judge(case: Case, answer: Plain) -> Verdict:
         form = judge_transform(answer, case.truth, degrees=0.2, metres=0.01)
+        unit = "spacings" if "spacing" in case.hidden else "m"
         if not np.isfinite(form.error):
-            return replace(form, tolerance=bands[0][0], unit="m")
+            return replace(form, tolerance=bands[0][0], unit=unit)
         surface, T = case.hidden["surface"], np.asarray(answer, dtype=float)
 
         def off(motion: np.ndarray) -> float:
-            return float(np.linalg.norm(apply(motion, surface) - apply(case.truth, surface), axis=1).mean())
+            away = np.linalg.norm(apply(motion, surface) - apply(case.truth, surface), axis=1).mean()
+            return float(away) / case.hidden.get("spacing", 1.0)
 
-        verdict = judge_band(off(T), bands, "m", what="the mean error over the ground")
+        verdict = judge_band(off(T), bands, unit, what="the mean error over the ground")
         still = np.abs(T - case.given.get("start", np.eye(4))).max() < 1e-3
         return replace(verdict, message=verdict.message + _more_of_scans(T, still, verdict.score, off, bands[-1][0]))
 
@@ -169,15 +177,21 @@ def _more_of_scans(T: np.ndarray, still: bool, score: float, off: Callable[[np.n
     if off(np.linalg.inv(T)) < least:
         return " Its inverse lies far nearer: return the motion that moves the source."
     return (
-        " Three questions: does the radius begin as large as the scans are apart, and shrink? Are the distances those "
-        "to planes? Does each new step stand on the left?"
+        " Three questions: does the radius begin as large as the scans are apart, and shrink to a few spacings of this "
+        "scene? Are the distances those to planes? Does each new step stand on the left?"
     )
 
 
 def _guess_open(rng: np.random.Generator):
     """A function that turns and shifts at random, about as far as the start is off."""
-    said = motion(rng, float(rng.uniform(0, 22)), float(rng.uniform(0, 0.95)))
-    return lambda source, target, normals, start: said @ start
+    turned, shifted = motion(rng, float(rng.uniform(0, 22)), 0.0), motion(rng, 0.0, float(rng.uniform(0, 0.5)))
+
+    def register(source: np.ndarray, target: np.ndarray, normals: np.ndarray, start: np.ndarray) -> np.ndarray:
+        said = turned.copy()
+        said[:3, 3] = shifted[:3, 3] * np.ptp(target, axis=0).max()
+        return said @ start
+
+    return register
 
 
 # -------------------------------------------------------------------------------------------------------------- all
@@ -244,7 +258,7 @@ TASKS = (
         id="07-5",
         title="register two scans",
         points=4,
-        version=3,
+        version=4,
         kind="open",
         signature="def register(source, target, normals, start)",
         cases=lambda rng: [_open_case(rng)],

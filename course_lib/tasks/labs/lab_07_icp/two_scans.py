@@ -16,9 +16,10 @@ class TwoScans(NamedTuple):
     ----------
     source, target : (N, 3) and (M, 3) points, metres.
     normals : (M, 3) unit normals of the target.
-    start : (4, 4) where a compass puts the source, T_target_source up to a metre and 22 degrees off.
+    start : (4, 4) where a compass puts the source, T_target_source up to half the length and 22 degrees off.
     T_target_source : (4, 4) the motion that brings the source home.
     surface : (K, 3) the source's ground without noise and leaves, metres, in the source's frame.
+    size : how many times larger all lengths are than in a ground of 1.5 m by 2 m.
     """
 
     source: np.ndarray
@@ -27,6 +28,7 @@ class TwoScans(NamedTuple):
     start: np.ndarray
     T_target_source: np.ndarray
     surface: np.ndarray
+    size: float
 
 
 def motion(rng: np.random.Generator, degrees: float, metres: float) -> np.ndarray:
@@ -48,7 +50,10 @@ def bumps(rng: np.random.Generator, n: int, low: float = 0.0, high: float = 2.0)
 
 
 def two_scans(rng: np.random.Generator) -> TwoScans:
-    """Two scans of one ground that share two thirds, with 5 mm noise; leaves over the source's.
+    """Two scans of one ground that share two thirds, with a fifth of a spacing of noise; leaves over the source's.
+
+    Each ground has its own size, 3 to 20 times 1.5 m by 2 m, and all lengths grow with it: no list of radii in metres
+    fits them all, while one in spacings and lengths does.
 
     The start is farther off than it is tilted, so that a radius of a few spacings finds next to no partners. Leaves
     stand on one side, so that a radius that reaches them is pulled to that side: it has to begin large and shrink. The
@@ -65,4 +70,8 @@ def two_scans(rng: np.random.Generator) -> TwoScans:
     T = motion(rng, rng.uniform(70, 120), 3.0)
     start = compose(middle, off, invert(middle), T)
     source = rng.permutation(apply(invert(T), np.vstack([noisy, leaves])))
-    return TwoScans(source, target, normals, start, T, apply(invert(T), clean))
+    size = float(np.exp(rng.uniform(np.log(3), np.log(20))))
+    surface = apply(invert(T), clean)
+    for motion_of_all in (start, T):
+        motion_of_all[:3, 3] *= size
+    return TwoScans(size * source, size * target, normals, start, T, size * surface, size)
