@@ -12,7 +12,7 @@ from course_lib.authoring import solutions
 from course_lib.grading.release.released import released_lab
 
 LAB = "02"
-PLAIN = "def row_of(u, v, width, height):\n    return v * width + u\n"
+PLAIN = "def row_of(u, v, width, height, step):\n    return -(-width // step) * (v // step) + u // step\n"
 
 
 def solved() -> nbformat.NotebookNode:
@@ -32,21 +32,29 @@ def at(nb: nbformat.NotebookNode, cell_id: str) -> int:
 
 
 def helper_in_another_cell(nb):
-    first(nb).source = "def row_of(u, v, width, height):\n    return offset(v, width) + u\n"
+    first(
+        nb
+    ).source = "def row_of(u, v, width, height, step):\n    return offset(v // step, -(-width // step)) + u // step\n"
     nb.cells.insert(
         at(nb, "task-1"), code("from operator import mul\n\n\ndef offset(v, width):\n    return mul(v, width)\n")
     )
 
 
 def helper_at_the_end(nb):
-    first(nb).source = "def row_of(u, v, width, height):\n    return offset(v, width) + u\n"
+    first(
+        nb
+    ).source = "def row_of(u, v, width, height, step):\n    return offset(v // step, -(-width // step)) + u // step\n"
     nb.cells.append(code("SCALE = 1\n\n\ndef offset(v, width):\n    return SCALE * v * width\n"))
 
 
 def imports_added_to_the_first_cell(nb):
     cell = next(cell for cell in nb.cells if cell.cell_type == "code")
     cell.source += "\nimport operator\n"
-    first(nb).source = "def row_of(u, v, width, height):\n    return operator.add(v * width, u)\n"
+    first(
+        nb
+    ).source = (
+        "def row_of(u, v, width, height, step):\n    return operator.add(v // step * -(-width // step), u // step)\n"
+    )
 
 
 def answer_below_the_stub(nb):
@@ -64,12 +72,12 @@ def cells_reversed(nb):
 
 
 def a_second_try_left_above(nb):
-    nb.cells.insert(at(nb, "task-1"), code("def row_of(u, v, width, height):\n    return u * height + v\n"))
+    nb.cells.insert(at(nb, "task-1"), code("def row_of(u, v, width, height, step):\n    return u * height + v\n"))
 
 
 def plots_and_prints_around(nb):
     first(nb).source = (
-        "print('hello', frame)\nplt.figure()\n" + PLAIN + "plt.plot([1, 2])\nplt.show()\nprint(row_of(1, 2, 3, 4))\n"
+        "print('hello', frame)\nplt.figure()\n" + PLAIN + "plt.plot([1, 2])\nplt.show()\nprint(row_of(1, 2, 3, 4, 1))\n"
     )
 
 
@@ -78,26 +86,25 @@ def magics(nb):
 
 
 def line_magics(nb):
-    first(nb).source = "%matplotlib inline\n" + PLAIN + "row_of?\n!echo hello\n%timeit row_of(1, 2, 3, 4)\n"
+    first(nb).source = "%matplotlib inline\n" + PLAIN + "row_of?\n!echo hello\n%timeit row_of(1, 2, 3, 4, 1)\n"
 
 
 def a_lambda(nb):
-    first(nb).source = "row_of = lambda u, v, width, height: v * width + u\n"
+    first(nb).source = "row_of = lambda u, v, width, height, step: -(-width // step) * (v // step) + u // step\n"
 
 
 def a_partial(nb):
     first(nb).source = (
-        "from functools import partial\n\n\ndef general(sign, u, v, width, height):\n"
-        "    return v * width + sign * u\n\n\n"
+        "from functools import partial\n\n\ndef general(sign, u, v, width, height, step):\n"
+        "    return v // step * -(-width // step) + sign * (u // step)\n\n\n"
         "row_of = partial(general, 1)\n"
     )
 
 
 def a_callable_object(nb):
-    first(
-        nb
-    ).source = (
-        "class Row:\n    def __call__(self, u, v, width, height):\n        return v * width + u\n\n\nrow_of = Row()\n"
+    first(nb).source = (
+        "class Row:\n    def __call__(self, u, v, width, height, step):\n"
+        "        return -(-width // step) * (v // step) + u // step\n\n\nrow_of = Row()\n"
     )
 
 
@@ -106,13 +113,14 @@ def decorated(nb):
 
 
 def recursion(nb):
-    first(
-        nb
-    ).source = "def row_of(u, v, width, height):\n    return u if v == 0 else width + row_of(u, v - 1, width, height)\n"
+    first(nb).source = (
+        "def row_of(u, v, width, height, step):\n"
+        "    return u // step if v == 0 else -(-width // step) + row_of(u, v - step, width, height, step)\n"
+    )
 
 
 def a_failing_statement_above(nb):
-    first(nb).source = "row_of(1, 2, 3, 4)\nassert False, 'I will think about it later'\n" + PLAIN + "1 / 0\n"
+    first(nb).source = "row_of(1, 2, 3, 4, 1)\nassert False, 'I will think about it later'\n" + PLAIN + "1 / 0\n"
 
 
 def an_import_that_is_not_there(nb):
@@ -122,26 +130,31 @@ def an_import_that_is_not_there(nb):
 def type_hints_of_the_course(nb):
     first(nb).source = (
         "from __future__ import annotations\nfrom course_lib.camera.pinhole import PinholeCamera\n\n\n"
-        "def row_of(u: int, v: int, width: int, height: int, camera: PinholeCamera = None) -> int:\n"
-        '    """NBVAL_SKIP\n    # NBVAL_SKIP\n    """\n    # NBVAL_RAISES_EXCEPTION\n    return v * width + u\n'
+        "def row_of(u: int, v: int, width: int, height: int, step: int, camera: PinholeCamera = None) -> int:\n"
+        '    """NBVAL_SKIP\n    # NBVAL_SKIP\n    """\n    # NBVAL_RAISES_EXCEPTION\n'
+        "    return -(-width // step) * (v // step) + u // step\n"
     )
 
 
 def other_names_for_arguments(nb):
-    first(
-        nb
-    ).source = "def row_of(spalte, zeile, breite, höhe):\n    größe = zeile * breite\n    return größe + spalte\n"
+    first(nb).source = (
+        "def row_of(spalte, zeile, breite, höhe, schritt):\n"
+        "    größe = zeile // schritt * -(-breite // schritt)\n    return größe + spalte // schritt\n"
+    )
 
 
 def new_syntax(nb):
     first(nb).source = (
-        "def row_of(u, v, width, height):\n    match v:\n        case 0:\n            return u\n"
-        "        case _ if (before := v * width) >= 0:\n            return before + u\n"
+        "def row_of(u, v, width, height, step):\n    match v:\n        case 0:\n            return u // step\n"
+        "        case _ if (before := -(-width // step) * (v // step)) >= 0:\n            return before + u // step\n"
     )
 
 
 def numpy_numbers(nb):
-    first(nb).source = "def row_of(u, v, width, height):\n    return np.int64(v) * np.int64(width) + np.float32(u)\n"
+    first(nb).source = (
+        "def row_of(u, v, width, height, step):\n"
+        "    return np.int64(v // step) * np.int64(-(-width // step)) + np.float32(u // step)\n"
+    )
 
 
 def warnings_and_noise(nb):
@@ -153,7 +166,7 @@ def warnings_and_noise(nb):
 
 
 def main_block(nb):
-    first(nb).source = PLAIN + "\n\nif __name__ == '__main__':\n    print(row_of(1, 2, 3, 4))\n"
+    first(nb).source = PLAIN + "\n\nif __name__ == '__main__':\n    print(row_of(1, 2, 3, 4, 1))\n"
 
 
 def a_broken_cell_elsewhere(nb):
@@ -178,9 +191,10 @@ def cells_twice(nb):
 
 
 def a_deep_global(nb):
-    first(
-        nb
-    ).source = "WIDTHS = {}\n\n\ndef row_of(u, v, width, height):\n    WIDTHS[width] = v\n    return v * width + u\n"
+    first(nb).source = (
+        "WIDTHS = {}\n\n\ndef row_of(u, v, width, height, step):\n    WIDTHS[width] = v\n"
+        "    return -(-width // step) * (v // step) + u // step\n"
+    )
 
 
 ODD: list[Callable] = [
