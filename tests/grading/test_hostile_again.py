@@ -16,17 +16,19 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import nbval.plugin
 import numpy as np
 import psutil
 import pytest
 from grading_helpers import graded, need_sandbox, submission, task
-from test_hostile_found import weaken, wire
+from test_hostile_found import RIGHT, seconds_of_processor, weaken, wire
 
 from course_lib import tasks
 from course_lib.grading.intake.intake import IntakeLimits
 from course_lib.grading.intake.untrusted_notebook import Unreadable, notebook_of
 from course_lib.grading.release import cell_source
 from course_lib.grading.run import counting, grade_submission, kernel, pool, reading, sandbox, watchdog
+from course_lib.grading.run.inside.course_probe import MIME
 from course_lib.grading.run.limits import read_limits
 from course_lib.grading.run.reading import read_apart
 from course_lib.grading.run.sandbox import NoSandbox, probe_sandbox
@@ -238,6 +240,56 @@ def test_a_message_is_limited_where_it_is_received(monkeypatch):
     assert reason == "garbled" and more < 150
     monkeypatch.setattr(kernel, "weigh", lambda parts: None)
     assert braces(7_000_000)[1] > 300  # the control: read, they are ten times as large
+
+
+SHOWN = "import sys\nsys.stdout.write(('x' * 900_000 + '\\\\b' * 900_000))\n" + RIGHT
+
+
+def test_what_is_printed_is_counted_and_not_read(monkeypatch):
+    """nbval takes backspaces out of what a cell printed by a regular expression, over and over."""
+    need_sandbox()
+    seen: list[str] = []
+    monkeypatch.setattr(nbval.plugin, "coalesce_streams", lambda outs: seen.extend(map(str, outs)) or outs)
+    assert task(graded("00", submission("00", {1: SHOWN})), 1)["points"] == 1 and not seen
+    needed = kernel.needed
+    monkeypatch.setattr(kernel, "needed", lambda said: said if said["msg_type"] == "stream" else needed(said))
+    assert task(graded("00", submission("00", {1: SHOWN})), 1)["points"] == 1
+    assert max(map(len, seen)) > 1_000_000  # the control
+
+
+FLOODS = {
+    "answers that nobody asked for": ("publish({MIME: {'nonce': '0' * 32, 'answers': 'x' * 900_000}})", "oversized"),
+    "replies that nobody asked for": ("k.session.send(k.iopub_socket, 'error', ERROR)", "output"),
+}
+
+
+@pytest.mark.parametrize("kind", sorted(FLOODS))
+def test_a_flood_of_messages_ends(kind):
+    need_sandbox()
+    code, reason = FLOODS[kind]
+    source = f"""
+from IPython.display import publish_display_data as publish
+k, MIME = get_ipython().kernel, {MIME!r}
+ERROR = dict(ename="x", evalue="x", traceback=["x" * 2000] * 20)
+for _ in range(20_000):
+    {code}
+{RIGHT}"""
+    one, more = grown(lambda: task(graded("00", submission("00", {1: source}), answer_mb=2.0, cell_seconds=20.0), 1))
+    assert (one["points"], one["reason"]) == (0.0, reason), one
+    assert more < 200
+
+
+def test_a_heading_that_takes_long_to_find_is_not_looked_for():
+    heading = "'## Task 1 - x' + '(1 points,' * 100_000"
+    ours = f"""
+import nbformat
+from course_lib.grading.release.rebuild import rebuild
+from course_lib.grading.release.released import released_lab
+rebuild(nbformat.v4.new_notebook(cells=[nbformat.v4.new_markdown_cell({heading})]), released_lab("00"))
+"""
+    assert seconds_of_processor(ours, 15) == 0
+    usual = f"from course_lib.authoring.notebooks import task_heading\ntask_heading({heading})"
+    assert seconds_of_processor(usual, 15) != 0  # the control
 
 
 LINKED = """
