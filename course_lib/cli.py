@@ -60,7 +60,7 @@ def main(args: list[str] | None = None) -> None:
         course.main(args, prog_name="python3 course.py")
     except Refusal as error:
         click.echo(f"{error}", err=True)
-        sys.exit(1)
+        sys.exit(error.exit_code)
 
 
 if __name__ == "__main__":

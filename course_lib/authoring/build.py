@@ -27,13 +27,21 @@ from .public_answers import stale_public, write_public
 from .solutions import ROOT
 from .tree import CourseError, Source, Tree
 
+GRADED = (
+    "When it is graded, your answers run in a fresh kernel with other inputs. No file of your own is there, and nobody "
+    "answers `input()`: what an answer needs stands in the notebook."
+)
+"""What every exercise says before its first task."""
+
 
 def exercise_from(solution: NotebookNode) -> NotebookNode:
     """Make the learner's version of a lab: stubs for answers, and outputs only where the cell is tagged `expected`.
 
-    Cells keep the ids of the solution, so that an answer can be found again.
+    Its first cell also says what is not there when it is graded. Cells keep the ids of the solution, so that an answer
+    can be found again.
     """
     cells = copy.deepcopy(solution.cells)
+    cells[0].source = f"{cells[0].source}\n\n{GRADED}"
     for cell, task in nbs.with_tasks(cells):
         if cell.cell_type != "code":
             continue

@@ -43,7 +43,8 @@ class TaskRecord(TypedDict):
     status: TaskStatus
     reason: str
     """A short fixed word for what is not passed: "wrong", "raised", "not started", "missing", "refused", "timeout",
-    "memory", "output", "died", "forged", "doubled", "oversized", "not plain", "by hand", …; "" if passed."""
+    "memory", "output", "died", "forged", "doubled", "oversized", "not plain", "by hand", "text cell", …; "" if
+    passed."""
     error: str
     looks_like: str
     misconceptions: list[str]

@@ -36,6 +36,21 @@ def clean(text: Any, most: int = MOST) -> str:
     return said if len(said) <= most else said[: most - 1] + "…"
 
 
+def shown(text: str) -> str:
+    """A path or an id that can be typed as it is shown: what cannot be seen is written as \\xNN, \\uNNNN or longer.
+
+    Letters are composed (é is one letter, as a keyboard makes it); bytes that are no UTF-8 are \\xNN, too.
+    """
+    text = text.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
+    return "".join(map(_visible, unicodedata.normalize("NFC", text)))
+
+
+def _visible(letter: str) -> str:
+    if letter == " " or unicodedata.category(letter)[0] not in "CZ":
+        return letter
+    return letter.encode("unicode_escape").decode()
+
+
 def safe_cell(value: Any) -> str:
     """A cell of a CSV file that no spreadsheet runs: numbers as they are, words that look like a formula quoted."""
     if value is None:

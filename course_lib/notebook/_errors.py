@@ -16,6 +16,9 @@ ELSEWHERE = "choose another folder for the course's data with COURSE_CACHE=/path
 class Refusal(ValueError):
     """Something that a person can mend. In a notebook it shows the line of the cell and the sentence, nothing else."""
 
+    exit_code = 1
+    """Of a command that ends with it."""
+
     def _render_traceback_(self) -> list[str]:
         """Say it as IPython prints it."""
         where = None

@@ -22,6 +22,7 @@ from course_lib.tasks.diagnosis.public_answers import recall
 from course_lib.tasks.judging import UNSTEADY, Result, band
 from course_lib.tasks.plain import describe
 from course_lib.tasks.private import listed
+from course_lib.tasks.released_cases import public_cases
 from course_lib.tasks.running import Outcome
 from course_lib.tasks.sources import forbidden
 
@@ -66,7 +67,7 @@ def check(task_id: str, function: Callable[..., Any]) -> Card:
             raise CheckFailed(f"{task.label}: {refused}") from None
         return Card("failed", task.label, "not yet", (refused,))
     load = _loader(task)
-    cases = task.public(load)
+    cases, kept = public_cases(task, load)
     recall(task, cases)
     outcomes = tasks.run_all(function, cases, twice=task.kind == "open")
     result = tasks.judge_all(task, cases, outcomes)
@@ -78,10 +79,10 @@ def check(task_id: str, function: Callable[..., Any]) -> Card:
         return Card("not started", task.label, f"not started yet · {_points(task.points)}", (line,))
     if result.passed:
         _failures.pop(task.id, None)
-        return _with_real(_passed(result, outcomes), task, load)
+        return _with_real(_passed(result, outcomes), task, load, kept)
     if strict:
         raise CheckFailed(result.line) from None
-    return _with_real(_failed(result, outcomes, _count(task.id, function, result.error)), task, load)
+    return _with_real(_failed(result, outcomes, _count(task.id, function, result.error)), task, load, kept)
 
 
 def _count(task_id: str, function: Callable[..., Any], error: str) -> int:
@@ -101,11 +102,13 @@ def _written(function: Callable[..., Any]) -> object:
         return (code.co_code, repr(code.co_consts), code.co_names) if code else id(function)
 
 
-def _with_real(card: Card, task: tasks.Task, load: Callable[..., Any] | None) -> Card:
-    """Say of a task whose real data are not here that only its made cases were judged."""
-    if not task.data or load is not None:
+def _with_real(card: Card, task: tasks.Task, load: Callable[..., Any] | None, kept: bool) -> Card:
+    """Say of a task whose real data are not here that only its made cases were judged; so where cases are `kept`."""
+    if not task.data or (load is not None and not kept):
         return card
-    words = f"its data are not here; get them with: python3 course.py data get {' '.join(task.data)}"
+    words = "it is judged when you hand in"
+    if not kept:
+        words = f"its data are not here; get them with: python3 course.py data get {' '.join(task.data)}"
     return replace(card, details=(*card.details, ("The real case was left out", words)))
 
 

@@ -22,6 +22,7 @@ MAX_BYTES = 64_000_000
 MAX_ITEMS = 100_000
 MAX_DEPTH = 6
 MAX_TEXT = 20_000
+MAX_FIELDS = 64
 _KINDS = {"b": "True/False", "i": "whole numbers", "u": "whole numbers", "f": "floats"}
 _MAGIC = b"course-plain-1\n"
 
@@ -136,15 +137,18 @@ class _Copier:
         return f"{self.what} is {_a(value)}: return plain data (numbers, text, NumPy arrays, lists or dicts of these)."
 
 
-def _check_dtype(dtype: np.dtype, what: str) -> None:
-    """Refuse arrays of anything but booleans, whole numbers, floats, and records of these."""
+def _check_dtype(dtype: np.dtype, what: str, fields: int = 0) -> int:
+    """Refuse arrays of anything but booleans, whole numbers, floats, and records of these; their fields, counted on."""
     if dtype.names is not None:
-        for name in dtype.names:
-            _check_dtype(dtype[name].base, what)
-        return
+        for name in dtype.names[: MAX_FIELDS + 1]:
+            fields = _check_dtype(dtype[name].base, what, fields + 1)
+        if fields > MAX_FIELDS:
+            raise ValueError(f"{what} is an array of records of more than {MAX_FIELDS} fields: that is too many.")
+        return fields
     if dtype.kind not in _KINDS or dtype.itemsize > 8:
         hint = "are its rows of different lengths?" if dtype.kind == "O" else "use bool, int or float."
         raise ValueError(f"{what} is an array of dtype {dtype}, which cannot be judged: {hint}")
+    return fields
 
 
 def _a(value: Any) -> str:
@@ -235,8 +239,10 @@ def from_wire(data: bytes) -> Plain:
         raise damaged
     head_size, tree_size = struct.unpack("<II", data[len(_MAGIC) : start])
     try:
-        sizes = json.loads(data[start : start + head_size])
-        tree = json.loads(data[start + head_size : start + head_size + tree_size])
+        head, text = data[start : start + head_size], data[start + head_size : start + head_size + tree_size]
+        if sum(part.count(mark) for part in (head, text) for mark in (b"[", b"{", b",")) > 10 * MAX_ITEMS:
+            raise damaged
+        sizes, tree = json.loads(head), json.loads(text)
         offsets = [start + head_size + tree_size]
         for size in sizes:
             if type(size) is not int or size < 0:
@@ -274,15 +280,14 @@ def _dtype_to_json(dtype: np.dtype) -> Any:
         return {"of": _dtype_to_json(dtype.base), "shape": list(dtype.shape)}
     if dtype.names is None:
         return dtype.str
-    return {
-        "names": list(dtype.names),
-        "formats": [_dtype_to_json(dtype[name]) for name in dtype.names],
-        "offsets": [dtype.fields[name][1] for name in dtype.names],  # type: ignore[index]
-        "itemsize": dtype.itemsize,
-    }
+    formats = [_dtype_to_json(dtype[name]) for name in dtype.names]
+    offsets = [dtype.fields[name][1] for name in dtype.names]  # type: ignore[index]
+    return {"names": list(dtype.names), "formats": formats, "offsets": offsets, "itemsize": dtype.itemsize}
 
 
 def _dtype_from_json(tree: Any) -> np.dtype:
+    if len(json.dumps(tree)) > (10 if isinstance(tree, str) else 300) * MAX_FIELDS:
+        raise ValueError(f"the value is an array of records of more than {MAX_FIELDS} fields.")
     if isinstance(tree, str):
         dtype = np.dtype(tree)
     elif "of" in tree:

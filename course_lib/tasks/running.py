@@ -52,7 +52,7 @@ class _Limited(io.TextIOBase):
         self.kept = ""
 
     def write(self, text: str) -> int:
-        self.kept += text[: max(0, MAX_PRINTED - len(self.kept))]
+        self.kept += writable(text[: max(0, MAX_PRINTED - len(self.kept))])
         return len(text)
 
 
@@ -172,8 +172,13 @@ def _place(trace: TracebackType | None) -> str:
     return f"Line {line} of your cell, `{_short(text, 90)}`," if text else f"Line {line} of your code"
 
 
+def writable(text: str) -> str:
+    """A text that any file and any message can hold: half a character, as r"\\ud83d" is one, becomes its number."""
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")
+
+
 def _short(text: str, most: int = 200) -> str:
-    text = " ".join(text.split())
+    text = writable(" ".join(text.split()))
     return text if len(text) <= most else text[: most - 1] + "…"
 
 

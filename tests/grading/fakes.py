@@ -64,7 +64,7 @@ def standing(student: str = "ann", name: str = "Ann", tasks: list[TaskRecord] | 
         path="SECRET-PATH",
         received="",
         late=False,
-        attempt=1,
+        suffix=0,
         layout="folders",
         id=1,
     )

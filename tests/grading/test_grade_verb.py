@@ -21,6 +21,7 @@ from course_lib.grading.ledger.ledger import Ledger
 from course_lib.grading.records import same_grades
 from course_lib.grading.run import pool
 from course_lib.grading.run.sandbox import NoSandbox, probe_sandbox
+from course_lib.grading.verbs import engine
 from course_lib.grading.verbs import grade as grade_verb
 
 NAME = "00_start_here.ipynb"
@@ -54,6 +55,11 @@ def submitted(tmp_path_factory) -> Path:
 
 
 def command(folder: Path, out: Path, *more: str) -> list[str]:
+    """Grade with a typed seed, and with the same secret in each ledger: so all are asked the same."""
+    if not (out / "ledger.sqlite").exists():
+        out.mkdir(parents=True, exist_ok=True)
+        with Ledger(out / "ledger.sqlite") as ledger:
+            ledger.db.execute("INSERT INTO settings VALUES ('secret', 'of these tests')")
     words = ["grade", str(folder), "--out", str(out), "--seed", "11", *more]
     return [sys.executable, "-P", "-m", "course_lib.cli", *words]
 
@@ -212,10 +218,10 @@ def test_without_a_sandbox_nothing_is_graded(tmp_path, monkeypatch):
     (tmp_path / "class" / "ann").mkdir(parents=True)
     (tmp_path / "class" / "ann" / NAME).write_bytes(submission("00", solved=True))
 
-    def forbidden(kind):
+    def forbidden(kind, *own):
         raise NoSandbox("bubblewrap is not installed: sudo apt-get install bubblewrap.")
 
-    monkeypatch.setattr(grade_verb, "held_by", forbidden)
+    monkeypatch.setattr(engine, "held_by", forbidden)
     done = run(str(tmp_path / "class"), "--out", str(tmp_path / "g"))
     assert done.exit_code == 3 and "install bubblewrap" in done.output
     assert not (tmp_path / "g").exists()

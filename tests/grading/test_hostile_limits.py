@@ -13,6 +13,7 @@ import pytest
 from grading_helpers import alive_after, graded, job, need_sandbox, submission, task
 from how_thorough import some
 
+from course_lib.authoring import solutions
 from course_lib.grading.run import pool
 from course_lib.grading.run.scratch_folders import private_folder
 
@@ -197,7 +198,7 @@ def test_files_beside_a_notebook_do_not_run_in_the_grader(tmp_path):
     (folder / "pytest.ini").write_text("[pytest]\naddopts = -p conftest\n")
     data = submission("00", solved=True)
     (folder / "00_start_here.ipynb").write_bytes(data)
-    found = read_class(tmp_path / "class", lab=None, roster=None, limits=IntakeLimits(), store=tmp_path / "store")
+    found, _ = read_class(tmp_path / "class", lab=None, roster=None, limits=IntakeLimits(), store=tmp_path / "store")
     assert [(one.student, one.lab, one.code) for one in found] == [("mallory", "00", "")]
     records = {}
     pool.grade_jobs([job("00", data)], 1, records.__setitem__)
@@ -207,7 +208,7 @@ def test_files_beside_a_notebook_do_not_run_in_the_grader(tmp_path):
 def test_the_kernel_dies_twice():
     ends = "import os\nos._exit(0)\n"
     second, third = ends + "def read_points(*g): pass\n", ends + "def invert(T): pass\n"
-    stays = "def row_of(u, v, width, height):\n    return v * width + u\n"
+    stays = solutions.reference("02-1")
     record = graded("02", submission("02", {1: stays, 2: second, 3: third}))
     reasons = [task(record, number)["reason"] for number in (1, 2, 3, 4)]
     assert reasons == ["", "died", "died", "not started"]

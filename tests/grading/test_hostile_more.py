@@ -65,7 +65,7 @@ def test_a_kernel_that_ends_itself_is_noticed_at_once(monkeypatch):
 def test_the_ledger_cannot_be_reached(tmp_path):
     path = tmp_path / "ledger.sqlite"
     with Ledger(path) as ledger:
-        ledger.set_settings("points", {"mallory": 0})
+        ledger.set_settings("points", "0")
     code = f"""
 tools = [__import__("sqlite3")]
 
@@ -79,10 +79,10 @@ def metres(depth_mm):
     one = nothing_gained(data)
     assert one["reason"] in ("raised", "refused"), one
     with Ledger(path, write=False) as ledger:
-        assert ledger.settings("points") == {"mallory": 0}
+        assert ledger.settings("points") == "0"
     assert task(graded("00", data, sandbox="none"), 1)["points"] == 1  # the control: without the sandbox it was written
     with Ledger(path, write=False) as ledger:
-        assert ledger.settings("points") == 100
+        assert ledger.settings("points") == "100"
 
 
 def rewritten(change) -> bytes:
@@ -149,14 +149,15 @@ def test_cells_changed_around_a_wrong_answer(change, naively):
     assert green(naively[change.__name__])  # the control: green where the notebook itself is run
 
 
-def test_a_task_cell_that_is_a_text_now_is_no_answer():
+def test_a_task_cell_that_is_a_text_now_earns_nothing_by_itself():
     def text(nb):
         cell = nb.cells[place(nb, "task-1")]
         cell.cell_type = "markdown"
         for key in ("outputs", "execution_count"):
             cell.pop(key, None)
 
-    assert nothing_gained(rewritten(text))["reason"] == "missing"
+    one = nothing_gained(rewritten(text))
+    assert (one["status"], one["reason"]) == ("by hand", "text cell")  # it is not run: a person looks at it
 
 
 def test_one_malformed_file_does_not_stop_the_class(tmp_path):

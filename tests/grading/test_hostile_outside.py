@@ -22,6 +22,7 @@ from test_hostile_answers import PATCH, WRONG, forging
 from test_hostile_limits import answer
 
 from course_lib import tasks
+from course_lib.authoring import solutions
 from course_lib.grading.ledger.ledger import Ledger
 from course_lib.grading.run import grade_submission, nbval_items, watchdog
 from course_lib.grading.tell import export, pages
@@ -179,14 +180,14 @@ def test_30_mb_at_once_are_taken_in_where_nothing_limits_them():
 
 def test_a_stale_answer_corrects_nothing(monkeypatch):
     """It answers wrongly, looks at the inputs at leisure, and sends what is right when the next task is asked."""
-    code = """old.append(data[MIME])
+    code = """_sent.append(data[MIME])
 send(data)
-if len(old) == 2:
-    right = [outcome(v * width + u) for u, v, width, height in seen]
-    send({MIME: {'nonce': old[0]['nonce'], 'answers': right}})"""
+if len(_sent) == 2:
+    right = [outcome(right_row(*given)) for given in _asked]
+    send({MIME: {'nonce': _sent[0]['nonce'], 'answers': right}})"""
     source = PATCH.replace("FORGE", code.replace("\n", "\n    ")) + (
-        "old, seen = [], []\n\n\ndef row_of(u, v, width, height):\n"
-        "    seen.append((u, v, width, height))\n    return -1\n"
+        f"_sent, _asked = [], []\n{solutions.reference('02-1')}\nright_row = row_of\n\n\n"
+        "def row_of(*given):\n    _asked.append(given)\n    return -1\n"
     )
     data = submission("02", {1: source}, solved=True)
     one_task = task(graded("02", data), 1)
@@ -224,7 +225,7 @@ def test_an_answer_made_beforehand(monkeypatch):
 
     monkeypatch.setattr(nbval_items.Run, "note_answer", any_nonce)
     assert task(graded("00", data), 1)["points"] == 0  # fresh inputs alone hold it, too
-    monkeypatch.setattr(grade_submission, "_cases", lambda task, seed: task.public())
+    monkeypatch.setattr(grade_submission, "fresh_cases", lambda task, seed: task.public())
     assert task(graded("00", data), 1)["points"] == 1
 
 

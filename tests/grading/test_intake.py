@@ -14,7 +14,7 @@ from grading_helpers import submission
 
 from course_lib.authoring.tree import CourseError
 from course_lib.grading.intake.intake import IntakeLimits, Submission, original, read_class
-from course_lib.grading.intake.roster import Person, Roster, read_roster
+from course_lib.grading.intake.roster import COLUMNS, Person, Roster, kept_of, read_roster
 
 DATA = submission("00", solved=True)
 NAME = "00_start_here.ipynb"
@@ -29,9 +29,15 @@ ROSTER = Roster(
 )
 
 
-def taken(folder: Path, roster: Roster | None = None, lab: str | None = None, **limits: int) -> list[Submission]:
+def read(
+    folder: Path, roster: Roster | None = None, lab: str | None = None, **limits: int
+) -> tuple[list[Submission], list[str]]:
     store = folder.parent / "store"
     return read_class(folder, lab=lab, roster=roster, limits=IntakeLimits(**limits), store=store)
+
+
+def taken(folder: Path, roster: Roster | None = None, lab: str | None = None, **limits: int) -> list[Submission]:
+    return read(folder, roster, lab, **limits)[0]
 
 
 def put(folder: Path, name: str, data: bytes = DATA) -> Path:
@@ -60,7 +66,9 @@ def zipped(files: dict[str, bytes]) -> bytes:
         (f"Jane Doe_12345_assignsubmission_file_{NAME}", "12345", "moodle", False),
         (f"doejane_12345_67890_{NAME}", "12345", "canvas", False),
         (f"doejane_LATE_12345_67890_{NAME}", "12345", "canvas", True),
-        (f"perezjose_99999_67890_{NAME}", "12346", "canvas", False),
+        (f"perezjose_99999_67890_{NAME}", "", "canvas", False),  # an id was given, and is nobody's
+        (f"Jane Doe_99999_assignsubmission_file_/{NAME}", "", "moodle", False),
+        (f"Jane Doe_12346_assignsubmission_file_/{NAME}", "", "moodle", False),  # one's name, another's id
         (f"12345_{NAME}", "12345", "loose", False),
         ("12345.ipynb", "12345", "loose", False),
         (f"jose perez {NAME}", "12346", "loose", False),
@@ -90,12 +98,12 @@ def test_names_that_are_no_utf8(tmp_path):
     assert one.student == "na\\xefve" and one.path.encode("utf-8")
 
 
-def test_attempts_are_numbered_by_suffix_and_then_time(tmp_path):
-    for suffix, second in (("-2", 3), ("", 1), ("-1", 2)):
+def test_submissions_are_ordered_by_time_and_then_suffix(tmp_path):
+    for suffix, second in (("-2", 2), ("", 1), ("-1", 2)):
         path = put(tmp_path / "class", f"doejane_12345_6789{second}_00_start_here{suffix}.ipynb", DATA + b" " * second)
         os.utime(path, (second, second))
     found = taken(tmp_path / "class", ROSTER)
-    assert [one.attempt for one in found] == [1, 2, 3]
+    assert [one.suffix for one in found] == [0, 1, 2]
     assert [one.path[-9:] for one in found] == ["ere.ipynb", "e-1.ipynb", "e-2.ipynb"]
 
 
@@ -121,6 +129,35 @@ def test_rubbish_is_passed_over_and_other_files_are_told_once(tmp_path):
     found = {one.student: one for one in taken(tmp_path / "class")}
     assert set(found) == {"ann", "bob"}
     assert found["ann"].code == "" and found["bob"].code == "not a notebook"
+
+
+THREE = "03_depth_to_points"
+FILES = {
+    "two labs": ({NAME: DATA, f"{THREE}.ipynb": submission("03")}, {"00": "", "03": ""}, []),
+    "two labs, one as a script": ({NAME: DATA, f"{THREE}.py": b"x"}, {"00": "", "03": "not a notebook"}, []),
+    "a script and a notebook": ({NAME: DATA, "00_start_here.py": b"x"}, {"00": ""}, ["00_start_here.py"]),
+    "a picture": ({NAME: DATA, "me.png": b"x"}, {"00": ""}, ["me.png"]),
+    "only a picture": ({"me.png": b"x"}, {"": "not a notebook"}, []),
+    "two scripts": ({f"{THREE}.py": b"x", f"{THREE}.txt": b"x"}, {"03": "not a notebook"}, [f"{THREE}.txt"]),
+    "a large picture": ({NAME: DATA, "me.png": bytes(3_000_000)}, {"00": ""}, ["me.png"]),
+    "Jupyter's copy": ({NAME: DATA, ".ipynb_checkpoints/00_start_here-checkpoint.ipynb": b"x"}, {"00": ""}, []),
+    "only a copy": ({".ipynb_checkpoints/00_start_here-checkpoint.ipynb": DATA}, {"00": "checkpoint"}, []),
+}
+
+
+@pytest.mark.parametrize("zip_up", [False, True], ids=["folder", "zip"])
+@pytest.mark.parametrize("name", FILES)
+def test_every_file_of_every_lab_is_a_submission_or_named(tmp_path, name, zip_up):
+    files, wanted, left = FILES[name]
+    if zip_up:
+        put(tmp_path / "class", "12345/my work.zip", zipped(files))
+    else:
+        for path, data in files.items():
+            put(tmp_path / "class", f"12345/{path}", data)
+    found, named = read(tmp_path / "class", ROSTER, notebook_bytes=2_000_000, archive_ratio=10**6)
+    assert {one.lab: one.code for one in found} == wanted and len(found) == len(wanted)
+    assert [path.removeprefix("12345/").removeprefix("my work.zip: ") for path in named] == left
+    assert all(one.student == "12345" for one in found)
 
 
 def test_links_pipes_and_closed_files(tmp_path):
@@ -218,4 +255,6 @@ def test_a_roster_as_excel_saves_it(tmp_path):
     path.write_text('\ufeffID;Name;Group;Mail\nParticipant 12345;"Doe; Jane";Mo;x@y\n', encoding="utf-8")
     roster = read_roster(path)
     assert roster.people == (Person("12345", "Doe; Jane", "Mo"),)
-    assert Roster.from_dict(roster.as_dict()) == roster
+    kept = kept_of(path, COLUMNS)
+    assert read_roster(kept) == roster and "x@y" not in kept  # nothing else is kept
+    assert read_roster(kept_of(kept, COLUMNS, without="12345")).people == ()

@@ -10,8 +10,9 @@ import pytest
 
 from course_lib.authoring.tree import CourseError
 from course_lib.grading.intake.intake import Submission
-from course_lib.grading.ledger.ledger import Ledger
+from course_lib.grading.ledger.ledger import Decision, Ledger
 from course_lib.grading.records import FORMAT, Record
+from course_lib.grading.tell.export import csv_text
 
 UNDER = {"lab": "00", "lab_version": "v1", "environment": "e", "grader": "g", "isolation": "i", "per_student": False}
 
@@ -25,7 +26,7 @@ def one(student: str = "ann", digest: str = "a" * 64, **changed) -> Submission:
         path=f"{student}/lab.ipynb",
         received="",
         late=False,
-        attempt=1,
+        suffix=0,
         layout="folders",
     )
     return Submission(**values | changed)
@@ -62,40 +63,56 @@ def test_the_seed_is_kept_before_anything_is_graded(path):
         first = ledger.begin(seed=None, **UNDER)
     with Ledger(path) as ledger:
         assert ledger.begin(seed=None, **UNDER) == first
-        other = ledger.begin(seed=first.seed + 1, **UNDER)
-        assert other.id != first.id and other.seed == first.seed + 1
+        other = ledger.begin(seed=7, **UNDER)
+        assert other.id != first.id and ledger.begin(seed=7, **UNDER) == other
         assert ledger.begin(seed=None, **UNDER | {"lab_version": "v2"}).id not in (first.id, other.id)
 
 
 def test_a_submission_is_graded_once(path):
     with Ledger(path) as ledger:
         run = ledger.begin(seed=7, **UNDER)
-        [entry] = ledger.take(run, [one()])
-        assert ledger.take(run, [one()]) == [entry] and ledger.pending(run, [entry]) == [entry]
-        ledger.record(run, entry, record(7, "infrastructure"))
-        assert ledger.pending(run, [entry]) == [entry]
-        ledger.record(run, entry, record(7))
-        assert ledger.pending(run, [entry]) == []
+        [entry] = ledger.take([one()])
+        assert ledger.take([one()]) == [entry] and entry.status == ""
+        ledger.record(run, entry, record(run.seed, "infrastructure"))
+        assert ledger.take([one()])[0].status == "infrastructure"
+        ledger.record(run, entry, record(run.seed))
+        assert ledger.take([one()])[0].status == "graded"
         with pytest.raises(CourseError, match="graded already"):
-            ledger.record(run, entry, record(7, points=0.0))
+            ledger.record(run, entry, record(run.seed, points=0.0))
         assert ledger.newest(entry)["points"] == 1.0
 
 
 def test_each_student_may_have_inputs_of_their_own(path):
     with Ledger(path) as ledger:
         run = ledger.begin(seed=7, **UNDER | {"per_student": True})
-        ann, bob = ledger.take(run, [one("ann"), one("bob", "b" * 64)])
+        ann, bob = ledger.take([one("ann"), one("bob", "b" * 64)])
         seeds = {ledger.seed_of(run, ann), ledger.seed_of(run, bob)}
-        assert len(seeds) == 2 and 7 not in seeds
+        assert len(seeds) == 2 and run.seed not in seeds
         assert ledger.seed_of(run, ann) in seeds
+
+
+def test_a_typed_seed_is_mixed_with_what_only_this_ledger_knows(path, tmp_path):
+    with Ledger(path) as ledger, Ledger(tmp_path / "other.sqlite") as other:
+        seeds = {ledger.begin(seed=number, **UNDER).seed for number in (2, 3)}
+        seeds |= {other.begin(seed=number, **UNDER).seed for number in (2, 3)}
+        assert len(seeds) == 4 and min(seeds) > 10**6
+        drawn = ledger.begin(seed=4, **UNDER, draw=lambda lab, among: among[3])  # the first three are not fair
+        assert ledger.begin(seed=4, **UNDER) == drawn
+
+
+def test_a_later_submission_of_a_student_is_asked_something_else(path):
+    with Ledger(path) as ledger:
+        run = ledger.begin(seed=None, **UNDER)
+        ann, bob, again = ledger.take([one("ann"), one("bob", "b" * 64), one("ann", "c" * 64, path="2.ipynb")])
+        assert ledger.seed_of(run, ann) == ledger.seed_of(run, bob) == run.seed != ledger.seed_of(run, again)
 
 
 def test_records_and_decisions_cannot_be_changed_or_deleted(path):
     with Ledger(path) as ledger:
         run = ledger.begin(seed=7, **UNDER)
-        [entry] = ledger.take(run, [one()])
-        ledger.record(run, entry, record(7))
-        ledger.decide("ann", "00", "00-1", "adjust", 0.5, "me", "because")
+        [entry] = ledger.take([one()])
+        ledger.record(run, entry, record(run.seed))
+        ledger.decide(Decision("ann", "00", "adjust", "me", "because", entry.id, "00-1", 0.5))
         for table in ("records", "decisions"):
             for words in (f"UPDATE {table} SET added = ''", f"DELETE FROM {table}"):
                 with pytest.raises(sqlite3.IntegrityError, match="never"):
@@ -120,11 +137,14 @@ def test_a_file_that_is_no_ledger_is_left_alone(path, content):
     assert path.read_bytes() == content
 
 
-def test_a_ledger_of_a_newer_course_is_left_alone(path):
+@pytest.mark.parametrize(("version", "sentence"), [(99, "newer version .*update"), (1, "older version .*new folder")])
+def test_a_ledger_of_another_course_is_left_alone(path, version, sentence):
     with Ledger(path) as ledger:
-        ledger.db.execute("UPDATE about SET version = 99")
-    with pytest.raises(CourseError, match="newer course"):
+        ledger.db.execute("UPDATE about SET version = ?", (version,))
+    before = path.read_bytes()
+    with pytest.raises(CourseError, match=sentence):
         Ledger(path).__enter__()
+    assert path.read_bytes() == before
 
 
 def test_there_are_no_grades_yet(tmp_path):
@@ -134,9 +154,8 @@ def test_there_are_no_grades_yet(tmp_path):
 
 def test_a_person_says_whose_a_submission_is(path):
     with Ledger(path) as ledger:
-        run = ledger.begin(seed=7, **UNDER)
-        ledger.take(run, [one("", named="who?", path="who/lab.ipynb")])
-        ledger.decide("ann", "00", "who/lab.ipynb", "assign", None, "me", "she said so")
+        [entry] = ledger.take([one("", named="who?", path="who/lab.ipynb")])
+        ledger.decide(Decision("ann", "00", "assign", "me", "she said so", entry.id))
         assert [entry.student for entry in ledger.entries("00")] == ["ann"]
 
 
@@ -145,7 +164,6 @@ def test_forgetting_leaves_no_byte(path, student):
     with Ledger(path) as ledger:
         run = ledger.begin(seed=7, **UNDER)
         mine, shared, others = ledger.take(
-            run,
             [
                 one(student, "a" * 64, path="1/x.ipynb"),
                 one(student, "b" * 64, path="2/x.ipynb"),
@@ -153,11 +171,12 @@ def test_forgetting_leaves_no_byte(path, student):
             ],
         )
         for entry in (mine, shared, others):
-            ledger.record(run, entry, record(7, reason=f"of {entry.student}"))
-        ledger.decide(student, "00", "00-1", "adjust", 1.0, "me", f"because {student}")
-        ledger.set_settings("roster", {"people": [[student, student, ""], ["bob", "Bob", ""]]})
-        ledger.set_settings("extensions", {"rows": [[student, "00", "excused"]]})
+            ledger.record(run, entry, record(run.seed, reason=f"of {entry.student}"))
+        ledger.decide(Decision(student, "00", "adjust", "me", f"because {student}", mine.id, "00-1", 1.0))
+        ledger.set_settings("roster", csv_text([["id", "name", "group"], [student, student, ""], ["bob", "Bob", ""]]))
+        ledger.set_settings("extensions", csv_text([["student", "lab", "due"], [student, "00", "excused"]]))
         assert ledger.forget(student) == ["a" * 64]
+        assert "bob,Bob" in ledger.settings("roster")
         assert [entry.student for entry in ledger.entries()] == ["bob"] and ledger.newest(others)["points"] == 1.0
     left = b"".join(file.read_bytes() for file in path.parent.iterdir())
     assert student.encode() not in left and json.dumps(student)[1:-1].encode() not in left
@@ -167,8 +186,8 @@ def test_the_full_disk_is_one_sentence(path):
     with Ledger(path) as ledger:
         ledger.db.execute("PRAGMA max_page_count = 20")
         run = ledger.begin(seed=7, **UNDER)
-        [entry] = ledger.take(run, [one()])
-        with pytest.raises(CourseError, match="could not be written .*full"):
-            ledger.record(run, entry, record(7, reason="x" * 200_000))
-        ledger.record(run, entry, record(7))
+        [entry] = ledger.take([one()])
+        with pytest.raises(CourseError, match="cannot be written .*full.* the disk /"):
+            ledger.record(run, entry, record(run.seed, reason="x" * 200_000))
+        ledger.record(run, entry, record(run.seed))
         assert len(ledger.records(entry)) == 1

@@ -6,13 +6,18 @@ from collections.abc import Callable
 
 import nbformat
 import pytest
-from grading_helpers import exercise, graded, need_sandbox, submission
+from fakes import standing_of
+from grading_helpers import ROOT, exercise, graded, need_sandbox, submission
 
 from course_lib.authoring import solutions
+from course_lib.authoring.build import exercise_from
 from course_lib.grading.release.released import released_lab
+from course_lib.grading.tell.feedback import feedback_page
 
 LAB = "02"
-PLAIN = "def row_of(u, v, width, height):\n    return v * width + u\n"
+HEAD = "def row_of(u, v, width, height, step):\n"
+ROW = "v // step * -(-width // step) + u // step"
+PLAIN = f"{HEAD}    return {ROW}\n"
 
 
 def solved() -> nbformat.NotebookNode:
@@ -32,21 +37,29 @@ def at(nb: nbformat.NotebookNode, cell_id: str) -> int:
 
 
 def helper_in_another_cell(nb):
-    first(nb).source = "def row_of(u, v, width, height):\n    return offset(v, width) + u\n"
+    first(
+        nb
+    ).source = "def row_of(u, v, width, height, step):\n    return offset(v // step, -(-width // step)) + u // step\n"
     nb.cells.insert(
         at(nb, "task-1"), code("from operator import mul\n\n\ndef offset(v, width):\n    return mul(v, width)\n")
     )
 
 
 def helper_at_the_end(nb):
-    first(nb).source = "def row_of(u, v, width, height):\n    return offset(v, width) + u\n"
+    first(
+        nb
+    ).source = "def row_of(u, v, width, height, step):\n    return offset(v // step, -(-width // step)) + u // step\n"
     nb.cells.append(code("SCALE = 1\n\n\ndef offset(v, width):\n    return SCALE * v * width\n"))
 
 
 def imports_added_to_the_first_cell(nb):
     cell = next(cell for cell in nb.cells if cell.cell_type == "code")
     cell.source += "\nimport operator\n"
-    first(nb).source = "def row_of(u, v, width, height):\n    return operator.add(v * width, u)\n"
+    first(
+        nb
+    ).source = (
+        "def row_of(u, v, width, height, step):\n    return operator.add(v // step * -(-width // step), u // step)\n"
+    )
 
 
 def answer_below_the_stub(nb):
@@ -64,12 +77,12 @@ def cells_reversed(nb):
 
 
 def a_second_try_left_above(nb):
-    nb.cells.insert(at(nb, "task-1"), code("def row_of(u, v, width, height):\n    return u * height + v\n"))
+    nb.cells.insert(at(nb, "task-1"), code("def row_of(u, v, width, height, step):\n    return u * height + v\n"))
 
 
 def plots_and_prints_around(nb):
     first(nb).source = (
-        "print('hello', frame)\nplt.figure()\n" + PLAIN + "plt.plot([1, 2])\nplt.show()\nprint(row_of(1, 2, 3, 4))\n"
+        "print('hello', frame)\nplt.figure()\n" + PLAIN + "plt.plot([1, 2])\nplt.show()\nprint(row_of(1, 2, 3, 4, 1))\n"
     )
 
 
@@ -78,27 +91,24 @@ def magics(nb):
 
 
 def line_magics(nb):
-    first(nb).source = "%matplotlib inline\n" + PLAIN + "row_of?\n!echo hello\n%timeit row_of(1, 2, 3, 4)\n"
+    first(nb).source = "%matplotlib inline\n" + PLAIN + "row_of?\n!echo hello\n%timeit row_of(1, 2, 3, 4, 1)\n"
 
 
 def a_lambda(nb):
-    first(nb).source = "row_of = lambda u, v, width, height: v * width + u\n"
+    first(nb).source = "row_of = lambda u, v, width, height, step: v // step * -(-width // step) + u // step\n"
 
 
 def a_partial(nb):
     first(nb).source = (
-        "from functools import partial\n\n\ndef general(sign, u, v, width, height):\n"
-        "    return v * width + sign * u\n\n\n"
+        "from functools import partial\n\n\ndef general(sign, u, v, width, height, step):\n"
+        "    return v // step * -(-width // step) + sign * u // step\n\n\n"
         "row_of = partial(general, 1)\n"
     )
 
 
 def a_callable_object(nb):
-    first(
-        nb
-    ).source = (
-        "class Row:\n    def __call__(self, u, v, width, height):\n        return v * width + u\n\n\nrow_of = Row()\n"
-    )
+    call = f"    def __call__(self, u, v, width, height, step):\n        return {ROW}\n"
+    first(nb).source = f"class Row:\n{call}\n\nrow_of = Row()\n"
 
 
 def decorated(nb):
@@ -106,13 +116,12 @@ def decorated(nb):
 
 
 def recursion(nb):
-    first(
-        nb
-    ).source = "def row_of(u, v, width, height):\n    return u if v == 0 else width + row_of(u, v - 1, width, height)\n"
+    above = "-(-width // step) + row_of(u, v - step, width, height, step)"
+    first(nb).source = f"{HEAD}    return u // step if v == 0 else {above}\n"
 
 
 def a_failing_statement_above(nb):
-    first(nb).source = "row_of(1, 2, 3, 4)\nassert False, 'I will think about it later'\n" + PLAIN + "1 / 0\n"
+    first(nb).source = "row_of(1, 2, 3, 4, 1)\nassert False, 'I will think about it later'\n" + PLAIN + "1 / 0\n"
 
 
 def an_import_that_is_not_there(nb):
@@ -122,26 +131,28 @@ def an_import_that_is_not_there(nb):
 def type_hints_of_the_course(nb):
     first(nb).source = (
         "from __future__ import annotations\nfrom course_lib.camera.pinhole import PinholeCamera\n\n\n"
-        "def row_of(u: int, v: int, width: int, height: int, camera: PinholeCamera = None) -> int:\n"
-        '    """NBVAL_SKIP\n    # NBVAL_SKIP\n    """\n    # NBVAL_RAISES_EXCEPTION\n    return v * width + u\n'
+        "def row_of(u: int, v: int, width: int, height: int, step: int, camera: PinholeCamera = None) -> int:\n"
+        '    """NBVAL_SKIP\n    # NBVAL_SKIP\n    """\n    # NBVAL_RAISES_EXCEPTION\n'
+        f"    return {ROW}\n"
     )
 
 
 def other_names_for_arguments(nb):
-    first(
-        nb
-    ).source = "def row_of(spalte, zeile, breite, höhe):\n    größe = zeile * breite\n    return größe + spalte\n"
+    first(nb).source = (
+        "def row_of(spalte, zeile, breite, höhe, schritt):\n"
+        "    größe = zeile // schritt * -(-breite // schritt)\n    return größe + spalte // schritt\n"
+    )
 
 
 def new_syntax(nb):
     first(nb).source = (
-        "def row_of(u, v, width, height):\n    match v:\n        case 0:\n            return u\n"
-        "        case _ if (before := v * width) >= 0:\n            return before + u\n"
+        "def row_of(u, v, width, height, step):\n    match v:\n        case 0:\n            return u // step\n"
+        "        case _ if (before := v // step * -(-width // step)) >= 0:\n            return before + u // step\n"
     )
 
 
 def numpy_numbers(nb):
-    first(nb).source = "def row_of(u, v, width, height):\n    return np.int64(v) * np.int64(width) + np.float32(u)\n"
+    first(nb).source = f"{HEAD}    return np.int64(v // step) * np.int64(-(-width // step)) + np.float32(u // step)\n"
 
 
 def warnings_and_noise(nb):
@@ -153,7 +164,7 @@ def warnings_and_noise(nb):
 
 
 def main_block(nb):
-    first(nb).source = PLAIN + "\n\nif __name__ == '__main__':\n    print(row_of(1, 2, 3, 4))\n"
+    first(nb).source = PLAIN + "\n\nif __name__ == '__main__':\n    print(row_of(1, 2, 3, 4, 1))\n"
 
 
 def a_broken_cell_elsewhere(nb):
@@ -178,9 +189,7 @@ def cells_twice(nb):
 
 
 def a_deep_global(nb):
-    first(
-        nb
-    ).source = "WIDTHS = {}\n\n\ndef row_of(u, v, width, height):\n    WIDTHS[width] = v\n    return v * width + u\n"
+    first(nb).source = f"WIDTHS = {{}}\n\n\n{HEAD}    WIDTHS[width] = v\n    return {ROW}\n"
 
 
 ODD: list[Callable] = [
@@ -235,6 +244,90 @@ def test_loses_no_point(change):
     nb = solved()
     change(nb)
     full(nbformat.writes(nb).encode())
+
+
+def as_text(nb, source):
+    place = at(nb, "task-1")
+    cell = nbformat.v4.new_markdown_cell(source or first(nb).source)
+    cell.id = first(nb).id
+    nb.cells[place] = cell
+
+
+def beside_the_stub(nb, source):
+    nb.cells.insert(
+        at(nb, "task-1") + 1, nbformat.v4.new_markdown_cell(f"```python\n{source or first(nb).source}\n```")
+    )
+    first(nb).source = solutions.stub("02-1")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("change", [as_text, beside_the_stub])
+@pytest.mark.parametrize("source", ["", solutions.stub("02-1")], ids=["answer", "stub"])
+def test_an_answer_in_a_text_cell_waits_for_a_person(change, source):
+    nb = solved()
+    change(nb, source)
+    record = graded(LAB, nbformat.writes(nb).encode())
+    [answer] = [one for one in record["tasks"] if one["number"] == 1]
+    if source:  # as released it is no answer, wherever it stands
+        assert answer["status"] in ("missing", "not started")
+    else:
+        assert (answer["status"], answer["reason"], answer["points"]) == ("by hand", "text cell", 0.0)
+        assert "def row_of" in answer["text"] and "a text cell and is not run" in answer["error"]
+        assert "text cell" in [notice["code"] for notice in record["notices"]]
+    assert all(
+        one["points"] == one["max"] for one in record["tasks"] if one["number"] != 1 and one["kind"] != "explain"
+    )
+
+
+@pytest.mark.slow
+def test_an_explanation_in_a_text_cell_waits_for_a_person():
+    nb = nbformat.reads(submission("03").decode(), 4)
+    words = "A wrong f stretches what lies beside the axis. Measure a table."
+    nb.cells.insert(at(nb, "task-6"), nbformat.v4.new_markdown_cell(words))
+    record = graded("03", nbformat.writes(nb).encode())
+    assert [(one["number"], one["text"]) for one in record["tasks"] if one["reason"] == "text cell"] == [(6, words)]
+    untouched = graded("03", submission("03"))
+    assert [one["status"] for one in untouched["tasks"]] == ["not started"] * 6
+
+
+READS = 'import numpy as np\nK = np.load("my_notes.npy")\n\n\ndef metres(depth_mm):\n    return depth_mm / K\n'
+ASKS = 'n = int(input("units? "))\n\n\ndef metres(depth_mm):\n    return depth_mm / n\n'
+INSIDE = 'def metres(depth_mm):\n    return depth_mm / float(open("my_notes.txt").read())\n'
+WITHOUT = 'open("my_notes.txt")\n'
+CAUSES = {
+    "reads": (READS, 'line 2, `K = np.load("my_notes.npy")`, raised FileNotFoundError', "No file of your own"),
+    "asks": (ASKS, 'line 1, `n = int(input("units? "))`, raised StdinNotImplementedError', "Nobody is there to answer"),
+    "inside": (INSIDE, "Line 2 of your cell, `return depth_mm / float(open", "No file of your own"),
+    "no function": (WITHOUT + "metres = open('x')\n", 'line 1, `open("my_notes.txt")`, raised', "No file of your own"),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("source", "line", "why"), CAUSES.values(), ids=CAUSES)
+def test_the_line_that_wants_an_own_file_or_an_answer_is_named(source, line, why):
+    record = graded("00", submission("00", {1: source}))
+    [one] = record["tasks"]
+    assert one["status"] == "raised" and line in one["error"] and why in one["error"], one["error"]
+    assert "\x1b" not in one["error"] and ".." not in one["error"].replace("...", "")
+    page = feedback_page(standing_of(record))
+    assert "No file of your own" in page or "Nobody is there" in page  # told, though inputs are not
+    assert "It was given" not in page
+
+
+@pytest.mark.slow
+def test_a_line_that_failed_and_cost_nothing_is_not_told():
+    [one] = graded("00", submission("00", {1: WITHOUT + "def metres(depth_mm):\n    return depth_mm / 1000\n"}))[
+        "tasks"
+    ]
+    assert (one["points"], "my_notes" in one["error"]) == (1.0, False)
+
+
+def test_every_exercise_says_beforehand_what_is_not_there_when_it_is_graded():
+    for path in sorted((ROOT / "solutions").glob("*.ipynb")):
+        given = exercise_from(nbformat.read(path, as_version=4))
+        place = next(i for i, cell in enumerate(given.cells) if "task" in cell.metadata.get("tags", []))
+        said = "\n".join(cell.source for cell in given.cells[:place])
+        assert "No file of your own is there" in said and "answers `input()`" in said
 
 
 def test_there_are_at_least_fifteen():

@@ -15,8 +15,8 @@ from course_lib.grading.intake.intake import IntakeLimits, read_class
 from course_lib.grading.ledger.attempts import standings
 from course_lib.grading.ledger.ledger import Ledger
 from course_lib.grading.ledger.resolve import find_lab, find_task
-from course_lib.grading.run import pool, regrade, seeds
-from course_lib.grading.verbs import people
+from course_lib.grading.run import seeds
+from course_lib.grading.verbs import engine, people
 from course_lib.tasks.labs.lab_00_start_here import tasks as lab_00
 
 MILLIMETRES = "def metres(depth_mm):\n    return depth_mm * 1.0\n"
@@ -44,8 +44,8 @@ def grades(tmp_path, records) -> Path:
         example = records["ann"][1]
         keys = {key: example[key] for key in ("lab", "lab_version", "environment", "grader", "isolation")}
         run = ledger.begin(seed=example["seed"], per_student=False, **keys)
-        found = read_class(folder, lab=None, roster=None, limits=IntakeLimits(), store=out / "originals")
-        for entry in ledger.take(run, found):
+        found, _ = read_class(folder, lab=None, roster=None, limits=IntakeLimits(), store=out / "originals")
+        for entry in ledger.take(found):
             ledger.record(run, entry, records[entry.student][1])
     return out
 
@@ -78,7 +78,7 @@ def test_adjust_appends(grades):
         (("bob", "00", "9", "--points", "1"), "no task '9'"),
         (("bob", "00", "1", "--points", "2"), "not between 0 and 1"),
         (("bob", "00", "1", "--points", "-1"), "not between 0 and 1"),
-        (("bob", "00", "x.ipynb", "--assign"), "waits"),
+        (("bob", "00", "x.ipynb", "--assign"), "waiting are: none"),
     ],
 )
 def test_adjust_refuses_in_one_sentence(grades, words, sentence):
@@ -106,7 +106,7 @@ def mended(monkeypatch):
 
     changed = dataclasses.replace(task, version=task.version + 1, judge=judge)
     monkeypatch.setattr(lab_00, "TASKS", (changed,))
-    monkeypatch.setattr(regrade, "held_by", lambda kind: None)
+    monkeypatch.setattr(engine, "held_by", lambda kind, *own: None)
 
     def here(jobs, workers, on_record):  # in this process, where the judge is mended
         from course_lib.grading.run.grade_submission import grade_one
@@ -114,7 +114,7 @@ def mended(monkeypatch):
         for place, job in enumerate(jobs):
             on_record(place, grade_one(job))
 
-    monkeypatch.setattr(pool, "grade_jobs", here)
+    monkeypatch.setattr(engine, "grade_jobs", here)
 
 
 @pytest.mark.slow
@@ -160,10 +160,10 @@ def test_labs_by_any_name(name):
 def test_a_drawn_seed_is_fair(lab, monkeypatch):
     lacking = [task.id for task in tasks.lab(lab) if task.data]
     if not lacking:
-        assert seeds.is_fair(lab, seeds.draw_seed(lab))
+        assert seeds.is_fair(lab, seeds.draw_seed(lab, range(1000, 1020)))
     monkeypatch.setattr(seeds, "is_fair", lambda lab, seed: False)
     with pytest.raises(RuntimeError, match="any of 20"):
-        seeds.draw_seed(lab)
+        seeds.draw_seed(lab, range(20))
 
 
 def test_a_seed_on_which_the_solution_fails_is_not_fair(monkeypatch):

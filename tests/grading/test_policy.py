@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from course_lib.authoring.tree import CourseError
+from course_lib.grading.intake.roster import kept_of
 from course_lib.grading.ledger import policy as module
 from course_lib.grading.ledger.policy import Attempt, Extensions, Policy, read_extensions, read_policy
 
@@ -46,8 +47,8 @@ def test_an_extension_moves_one_students_date(policy, extensions):
     assert policy.kept("03", "12345", received, True, extensions) == (1.0, "")
     assert policy.kept("03", "1", received, True, extensions)[0] == 0.0
     assert extensions.excused("12346", "03") and not extensions.excused("12345", "03")
-    assert Extensions.from_dict(extensions.as_dict()) == extensions
-    assert Policy.from_dict(policy.as_dict()) == policy
+    assert read_extensions(kept_of(ROWS, module.COLUMNS)) == extensions and read_policy(TEXT) == policy
+    assert read_extensions(kept_of(ROWS, module.COLUMNS, without="12345")).rows.keys() == {("12346", "03")}
 
 
 def test_a_mark_of_lateness_counts_where_the_time_is_unknown(policy):
@@ -58,7 +59,7 @@ def test_a_mark_of_lateness_counts_where_the_time_is_unknown(policy):
 
 @pytest.mark.parametrize(("counts", "place"), [("last", 2), ("best", 1), ("first", 0), ("last-on-time", 1)])
 def test_which_attempt_counts(counts, place):
-    attempts = [Attempt(1, False, 3.0), Attempt(2, False, 9.0), Attempt(3, True, 5.0)]
+    attempts = [Attempt(1, False, 3.0, 3.0), Attempt(2, False, 9.0, 9.0), Attempt(3, True, 5.0, 5.0)]
     assert Policy(counts=counts).choose(attempts) == place
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import hashlib
 import json
+import os
 import subprocess
 import sys
 import zipfile
@@ -22,6 +23,7 @@ from course_lib.grading.intake.intake import IntakeLimits, notebook_of
 from course_lib.grading.release.rebuild import older_release
 from course_lib.grading.release.release import MANIFEST, fewer_hints, release
 from course_lib.grading.release.released import released_lab
+from course_lib.tasks.diagnosis.public_answers import unpack
 
 LABS = tasks.lab_numbers()
 
@@ -106,6 +108,93 @@ def test_checks_work_there(tree):
     assert "not started yet" in run_there(tree, f"{code}{stub}\nprint(check('03-2', deproject))")
     (tree.parent / "answer.py").write_text(f"{code}{reference}\nprint(check('03-2', deproject))")
     assert "passed" in run_there(tree, f"exec(open({str(tree.parent / 'answer.py')!r}).read())")
+
+
+SAID = """
+import json, os, sys
+import numpy as np
+from course_lib.notebook.check import check
+from course_lib.tasks.diagnosis import diagnose, recognition
+if sys.argv[2] == "there":
+    diagnose.run = recognition.run = None  # no wrong answer is run
+said = {}
+for task_id, name, sources in json.load(open(sys.argv[1])):
+    for source in sources:
+        space = {"np": np, "math": __import__("math")}
+        exec(source, space)
+        sys.modules["course_lib.notebook.check"]._failures.clear()
+        check(task_id, space[name])
+        said.setdefault(task_id, []).append(check(task_id, space[name]).text)
+print(json.dumps(said))
+"""
+
+
+@pytest.mark.slow
+def test_checks_say_there_what_they_say_here(tree):
+    """Of the right answer and of two mistakes of each task, from data alone; real cases, which are not there, apart."""
+    asked = []
+    for task in tasks.all_tasks():
+        if task.kind != "explain" and not task.data:
+            wrong = [task.misconceptions[0].source, task.misconceptions[-1].source]
+            asked.append((task.id, task.function, [solutions.reference(task.id), *wrong]))
+    assert len(asked) > 25
+    (tree.parent / "asked.json").write_text(json.dumps(asked))
+    (tree.parent / "said.py").write_text(SAID)
+    said = {}
+    for where, folder in (("here", ROOT), ("there", tree)):
+        words = [sys.executable, str(tree.parent / "said.py"), str(tree.parent / "asked.json"), where]
+        environment = {**os.environ, "PYTHONPATH": str(folder)}
+        done = subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, timeout=600)
+        assert done.returncode == 0, done.stderr
+        said[where] = json.loads(done.stdout)
+    assert said["there"] == said["here"]
+    assert all(texts[0] != texts[1] for texts in said["there"].values())
+
+
+@pytest.mark.slow
+def test_no_function_of_a_released_lab_answers_one_of_its_tasks(tree):
+    code = """
+import importlib, inspect, itertools, pathlib, types
+from course_lib import tasks
+from course_lib.tasks.released_cases import public_cases
+tried = 0
+for number in tasks.lab_numbers():
+    folder = tasks.registry.folder(number)
+    functions = set()
+    for path in folder.glob("*.py"):
+        module = importlib.import_module(f"course_lib.tasks.labs.{folder.name}.{path.stem}")
+        functions |= {f for f in vars(module).values() if isinstance(f, types.FunctionType)}
+    for task in tasks.lab(number):
+        cases, kept = public_cases(task, None)
+        assert kept and len(cases) > 0, task.id
+        if task.kind == "explain":
+            continue
+        for function in functions:
+            tried += 1
+            outcomes = [tasks.run(function, case) for case in cases[:2]]
+            right = [o.kind == "answer" and task.judge(c, o.answer).passed for c, o in zip(cases, outcomes)]
+            if all(right):
+                print(task.id, function.__name__)
+    text = "".join(path.read_text() for path in folder.glob("*.py"))
+    assert "def _" + "lift" not in text and "rng.uniform" not in text.replace("def two_scans", "") or number in "05 07"
+assert tried > 500
+"""
+    assert run_there(tree, code).split() == []
+
+
+@pytest.mark.slow
+def test_keys_stand_there_as_hashes(tree):
+    for path in tree.glob("course_lib/tasks/labs/*/cases.npz"):
+        number = path.parent.name[4:6]
+        for task in tasks.lab(number):
+            if task.kind == "which":
+                (kept,) = unpack(path)[task.id]
+                truth = task.public()[0].truth
+                assert kept["cases"][0]["hidden"] == {} and len(kept["key"]["hashes"]) == len(truth)
+                assert all(cause not in kept["key"]["hashes"].values() for cause in truth.values())
+                dicts = [node for py in path.parent.glob("*.py") for node in ast.walk(ast.parse(py.read_text("utf-8")))]
+                keys = [ast.unparse(node) for node in dicts if isinstance(node, ast.Dict)]
+                assert not [text for text in keys if set(truth) <= set(ast.literal_eval(text) if "'A'" in text else ())]
 
 
 @pytest.mark.slow

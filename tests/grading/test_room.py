@@ -11,7 +11,7 @@ import tempfile
 from pathlib import Path
 
 import pytest
-from grading_helpers import graded, need_sandbox, submission, task
+from grading_helpers import need_sandbox
 
 from course_lib import tasks
 from course_lib.authoring.tree import CourseError
@@ -94,14 +94,30 @@ def test_a_name_that_does_not_exist_is_told():
         find_hidden(["course_lib.camera.pinhole.no_such_thing"], ROOT)
 
 
-def test_inverse_of_numpy_is_not_there_for_the_task_that_asks_for_it():
+def said_in_a_kernel(task_: tasks.Task, source: str, folder: Path):
+    """What a statement publishes in a kernel of a task's room."""
+    (folder / "room").mkdir()
+    room = build_room(folder / "room", [task_], read_limits())
+    with tempfile.TemporaryDirectory(prefix="k") as short:
+        kernel = Kernel(probe_sandbox(), room, read_limits(), Path(short), lambda answer: answer)
+        try:
+            (said,) = kernel.ask(source, [])
+        finally:
+            kernel.stop()
+    return said
+
+
+def test_a_function_of_numpy_that_answers_a_task_is_not_there(tmp_path):
     need_sandbox()
-    reach = "tools = [np.linalg]\ndef invert(T):\n    return getattr(tools[0], 'i' + 'nv')(T)\n"
-    one = task(graded("02", submission("02", {3: reach})), 3)
-    assert (one["points"], one["reason"]) == (0.0, "raised") and "not here" in one["error"]
-    plain = "def invert(T):\n    return np.linalg.inv(T)\n"
-    one = task(graded("02", submission("02", {3: plain})), 3)
-    assert (one["points"], one["reason"]) == (0.0, "refused") and "numpy.linalg.inv" in one["error"]
+    one = dataclasses.replace(tasks.get("02-1"), hides=("numpy.linalg.inv",))
+    source = (
+        "import numpy as np\ntry:\n    said = str(getattr(np.linalg, 'i' + 'nv')(np.eye(2)))\n"
+        f"except RuntimeError as error:\n    said = str(error)\nget_ipython().display_pub.publish({{{MIME!r}: said}})"
+    )
+    assert "numpy.linalg.inv is not here" in said_in_a_kernel(one, source, tmp_path)
+    one = dataclasses.replace(one, hides=())
+    (tmp_path / "free").mkdir()
+    assert "1." in said_in_a_kernel(one, source, tmp_path / "free")  # the control
 
 
 def test_the_probe_looked_for_itself():
@@ -121,20 +137,14 @@ def test_inputs_travel_beside_the_statement_that_asks():
 def test_loops_of_an_allowed_module_are_compiled_before_the_kernel_starts(tmp_path):
     need_sandbox()
     one = dataclasses.replace(tasks.get("02-1"), may_call=("numpy", "course_lib.cloud.normals"), hides=())
-    (tmp_path / "room").mkdir()
-    room = build_room(tmp_path / "room", [one], read_limits())
-    assert {"numba", "llvmlite", "scipy"} <= {name for name, _ in room.packages}
-    with tempfile.TemporaryDirectory(prefix="k") as folder:
-        kernel = Kernel(probe_sandbox(), room, read_limits(), Path(folder), lambda answer: answer)
-        try:
-            source = (
-                "import numpy as np\nfrom course_lib import compiled\n"
-                "from course_lib.cloud.normals import estimate_normals\n"
-                "points = np.random.default_rng(1).uniform(0, [1, 1, 0], (5000, 3))\n"
-                "upright = float(np.abs(estimate_normals(points, 8)[:, 2]).min())\n"
-                f"get_ipython().display_pub.publish({{{MIME!r}: [upright, compiled.states]}})"
-            )
-            ((upright, states),) = kernel.ask(source, [])
-        finally:
-            kernel.stop()
+    source = (
+        "import numpy as np\nfrom course_lib import compiled\n"
+        "from course_lib.cloud.normals import estimate_normals\n"
+        "points = np.random.default_rng(1).uniform(0, [1, 1, 0], (5000, 3))\n"
+        "upright = float(np.abs(estimate_normals(points, 8)[:, 2]).min())\n"
+        f"get_ipython().display_pub.publish({{{MIME!r}: [upright, compiled.states]}})"
+    )
+    upright, states = said_in_a_kernel(one, source, tmp_path)
+    names = {place.name for place in (tmp_path / "room" / "site").iterdir()}
+    assert {"numba", "llvmlite", "scipy"} <= names
     assert upright == pytest.approx(1.0) and states and set(states.values()) == {"cached"}, states

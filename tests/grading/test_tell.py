@@ -151,7 +151,7 @@ def some() -> list:
         standing("3", "Gone", [], status="nothing handed in", record=None, entry=None),
         standing("4", "Broken", [], status="unreadable"),
         standing("5", "To mark", [task_record(kind="explain", status="by hand", points=0.0)]),
-        standing("", "Nobody", status="waiting"),
+        standing("", "Nobody", status="waiting", waits="It matches nobody in the roster."),
     ]
 
 
@@ -177,7 +177,7 @@ def test_the_plain_table_has_a_column_a_task(tmp_path):
 def test_class_report_counts_and_escapes():
     page = class_report([standing(str(i), EVIL, [task_record(error=EVIL)]) for i in range(5)] + some())
     harmless(page)
-    assert "rows for columns" in page and "never a verdict" in page and "Matches nobody in the roster." in page
+    assert "rows for columns" in page and "never a verdict" in page and "It matches nobody in the roster." in page
     counted = page.split("Mistakes that people made")[1].split("</tr>")[1]
     assert '<td class="n">7</td>' in counted  # of the five, and of two of the others
 

@@ -19,16 +19,20 @@ from pathlib import Path, PurePosixPath
 
 from course_lib import tasks
 from course_lib.authoring.tree import CourseError
+from course_lib.grading.disks import disk_told
 from course_lib.grading.intake.authorship import author
 from course_lib.grading.release.released import lab_of_cells
+from course_lib.grading.safe_text import shown
 
-from .archives import members
+from .archives import Member, members
 from .roster import Roster
 from .untrusted_notebook import IntakeLimits, Unreadable, notebook_of
 
 __all__ = ["IntakeLimits", "Submission", "Unreadable", "notebook_of", "original", "read_class"]
 
-IGNORED = (".ipynb_checkpoints", "__MACOSX", ".DS_Store", "Thumbs.db", "desktop.ini", ".git")
+COPIES = ".ipynb_checkpoints"
+IGNORED = ("__MACOSX", ".DS_Store", "Thumbs.db", "desktop.ini", ".git")
+NO_NOTEBOOK = ("not a notebook", "checkpoint")
 
 
 @dataclass(frozen=True)
@@ -41,10 +45,10 @@ class Submission:
     named : what the download calls them; never trusted, never a path.
     lab : "03", or "" if unknown.
     sha256 : of the notebook's bytes; "" if there are none.
-    path : where it lay, for people.
-    received : ISO 8601 with offset, or "".
+    path : where it lay, for people; it can be typed as it is shown.
+    received : ISO 8601 in UTC, or "".
     late : marked so by the download.
-    attempt : 1, 2, … of this student at this lab.
+    suffix : 2 of "lab-2.ipynb", as an LMS counts what is handed in again; 0 where there is none.
     layout : "folders", "moodle", "canvas" or "loose".
     trouble, code : why nothing can be run, as a sentence and as a fixed word; "" if it can.
     """
@@ -56,7 +60,7 @@ class Submission:
     path: str
     received: str
     late: bool
-    attempt: int
+    suffix: int
     layout: str
     trouble: str = ""
     code: str = ""
@@ -64,19 +68,38 @@ class Submission:
 
 @dataclass(frozen=True)
 class _File:
-    """One file of the download: its parts below the top, its bytes, or why there are none."""
+    """One file of the download.
+
+    Parameters
+    ----------
+    parts : its parts below the top; of a file in a zip, those of the zip.
+    data : its bytes, or b"" and why there are none.
+    inside : its name in the zip that a student handed in.
+    """
 
     parts: tuple[str, ...]
     data: bytes
     received: str
     code: str = ""
     trouble: str = ""
+    inside: str = ""
+
+    @property
+    def name(self) -> str:
+        return PurePosixPath(self.inside or self.parts[-1]).name or "nameless"
+
+    @property
+    def path(self) -> str:
+        return shown("/".join(self.parts) + (f": {self.inside}" if self.inside else ""))
 
 
 def read_class(
     folder: Path, *, lab: str | None, roster: Roster | None, limits: IntakeLimits, store: Path
-) -> list[Submission]:
-    """Every submission of a download, with its original kept in the store.
+) -> tuple[list[Submission], list[str]]:
+    """Every submission of a download, with its original kept in the store, and the paths of files that are none.
+
+    A file that is no notebook is a submission, for a person, where its student handed in no notebook of its lab; else
+    it is among those paths.
 
     Parameters
     ----------
@@ -88,22 +111,20 @@ def read_class(
     CourseError
         If the folder cannot be read at all, or holds more files than the limits.
     """
-    found = []
-    for file in _files(folder, limits):
-        if file.trouble or file.parts[-1].lower().endswith(".ipynb"):
-            found.append(_submission(file, lab, roster, limits, store))
-        elif file.parts[-1].lower().endswith(".zip"):
-            found += _unpacked(file, lab, roster, limits, store)
-        else:
-            sentence = f"{_shown(file.parts[-1])} is no notebook: hand in the .ipynb file."
-            other = replace(file, data=b"", code="not a notebook", trouble=sentence)
-            found.append(_submission(other, lab, roster, limits, store))
-    useful = {(one.student or one.named) for one in found if one.code != "not a notebook"}
-    once: dict[str, Submission] = {}
-    for one in found:
-        if one.code == "not a notebook" and (one.student or one.named) not in useful:
-            once.setdefault(one.student or one.named, one)
-    return _numbered([one for one in found if one.code != "not a notebook"] + list(once.values()))
+    found = [
+        _submission(one, lab, roster, limits, store) for file in _files(folder, limits) for one in _judged(file, limits)
+    ]
+    kept = [one for one in found if one.code not in NO_NOTEBOOK]
+    whose = {(one.student or one.named, number) for one in kept for number in (one.lab, "")}
+    left = []
+    for one in sorted((one for one in found if one.code in NO_NOTEBOOK), key=lambda one: not one.lab):
+        who = one.student or one.named
+        if (who, one.lab) not in whose:
+            whose |= {(who, one.lab), (who, "")}
+            kept.append(one)
+        elif one.code != "checkpoint":  # Jupyter's own copy of what is there is nothing that was handed in
+            left.append(one.path)
+    return sorted(kept, key=lambda one: (one.lab, one.student, one.named, one.received, one.suffix, one.path)), left
 
 
 def original(store: Path, sha256: str) -> bytes:
@@ -119,10 +140,8 @@ def _files(folder: Path, limits: IntakeLimits) -> Iterator[_File]:
             raise CourseError(f"{folder.name}: {trouble}")
         try:
             for member in members(data, limits):
-                parts = PurePosixPath(member.name.replace("\\", "/")).parts
-                parts = tuple(part for part in parts if part not in ("/", "..")) or ("nameless",)
-                if not _ignored(parts):
-                    yield _File(parts, member.data, member.received, member.code, member.trouble)
+                if not _ignored(_parts(member)):
+                    yield _File(_parts(member), member.data, member.received, member.code, member.trouble)
         except Unreadable as error:
             raise CourseError(f"{folder.name}: {error.sentence}") from None
         return
@@ -182,54 +201,61 @@ def _read(path: bytes, most: int) -> tuple[bytes, str, str]:
     return data, "", ""
 
 
-def _unpacked(
-    file: _File, lab: str | None, roster: Roster | None, limits: IntakeLimits, store: Path
-) -> list[Submission]:
-    """The notebooks in a zip that a student handed in."""
-    found = []
+def _judged(file: _File, limits: IntakeLimits) -> Iterator[_File]:
+    """A file as it came or with what is wrong with it; of a zip that a student handed in, each file in it."""
+    kind = PurePosixPath(file.name.lower()).suffix
+    if COPIES in (*file.parts, *PurePosixPath(file.inside).parts):
+        sentence = f"only Jupyter's own copy in {COPIES} came: ask for the notebook itself."
+        yield replace(file, data=b"", code="checkpoint", trouble=sentence)
+    elif kind not in (".ipynb", ".zip") and file.code in ("", "too big"):
+        sentence = f"{shown(file.name)} is no notebook: hand in the .ipynb file."
+        yield replace(file, data=b"", code="not a notebook", trouble=sentence)
+    elif kind == ".zip" and not file.trouble:
+        sentence = "it is a zip in a zip: hand in the .ipynb file."
+        inner = replace(file, data=b"", code="not a notebook", trouble=sentence)
+        yield from [inner] if file.inside else _unpacked(file, limits)
+    else:
+        yield file
+
+
+def _unpacked(file: _File, limits: IntakeLimits) -> Iterator[_File]:
+    """The files of a zip that a student handed in."""
+    empty = True
     try:
         for member in members(file.data, limits):
-            name = PurePosixPath(member.name.replace("\\", "/")).name or "nameless"
-            if _ignored(tuple(member.name.split("/"))):
-                continue
-            if member.trouble or name.lower().endswith(".ipynb"):
-                parts = (*file.parts[:-1], f"{file.parts[-1]}: {name}")
-                one = _File(parts, member.data, file.received, member.code, member.trouble)
-                found.append(_submission(one, lab, roster, limits, store, who=file.parts))
+            if not _ignored(_parts(member)):
+                empty = False
+                one = replace(file, data=member.data, code=member.code, trouble=member.trouble)
+                yield from _judged(replace(one, inside="/".join(_parts(member))), limits)
     except Unreadable as error:
-        found.append(
-            _submission(replace(file, data=b"", code=error.code, trouble=error.sentence), lab, roster, limits, store)
-        )
-    if not found:
-        nothing = replace(file, data=b"", code="not a notebook", trouble="the zip holds no notebook.")
-        found.append(_submission(nothing, lab, roster, limits, store))
-    return found
+        yield replace(file, data=b"", code=error.code, trouble=error.sentence)
+    else:
+        if empty:
+            yield replace(file, data=b"", code="not a notebook", trouble="the zip holds no notebook.")
 
 
-def _submission(
-    file: _File,
-    lab: str | None,
-    roster: Roster | None,
-    limits: IntakeLimits,
-    store: Path,
-    who: tuple[str, ...] | None = None,
-) -> Submission:
-    layout, ids, names, late, attempt = author(who or file.parts)
-    student = roster.match(ids, names) if roster else _cleaned(ids[0] if ids else names[0])
+def _parts(member: Member) -> tuple[str, ...]:
+    """The parts of a name in a zip, none of which leads anywhere."""
+    parts = PurePosixPath(member.name.replace("\\", "/")).parts
+    return tuple(part for part in parts if part not in ("/", "..")) or ("nameless",)
+
+
+def _submission(file: _File, lab: str | None, roster: Roster | None, limits: IntakeLimits, store: Path) -> Submission:
+    who = author(file.parts)
     digest = ""
     if file.data:
         digest = hashlib.sha256(file.data).hexdigest()
         _keep(store, digest, file.data)
     return Submission(
-        student=student,
-        named=_shown(names[0] if names else ids[0]),
+        student=roster.match(who) if roster else shown(" ".join(who.ids[0].split()))[:120],
+        named=_said(who.names[0]),
         lab=lab or _lab(file, limits),
         sha256=digest,
-        path=_shown("/".join(file.parts)),
+        path=file.path,
         received=file.received,
-        late=late,
-        attempt=attempt,
-        layout=layout,
+        late=who.late,
+        suffix=who.suffix,
+        layout=who.layout,
         trouble=file.trouble,
         code=file.code,
     )
@@ -238,7 +264,7 @@ def _submission(
 def _lab(file: _File, limits: IntakeLimits) -> str:
     """The lab that a file's name or its cells tell."""
     labs = tasks.lab_numbers()
-    named = [number for number in re.findall(r"(?<!\d)(\d\d)_[a-z]", file.parts[-1]) if number in labs]
+    named = [number for number in re.findall(r"(?<!\d)(\d\d)_[a-z]", file.name) if number in labs]
     if len(set(named)) == 1:
         return named[0]
     if not file.data:
@@ -255,33 +281,18 @@ def _keep(store: Path, digest: str, data: bytes) -> None:
     place = store / digest[:2] / digest
     if place.exists():
         return
-    place.parent.mkdir(parents=True, exist_ok=True)
     part = place.with_name(f".{digest}.{os.getpid()}.part")
-    try:
-        part.write_bytes(data)
-        part.chmod(0o400)
-        part.rename(place)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise CourseError(f"{store} cannot hold the originals: {error.strerror}.") from error
+    with disk_told(store):
+        place.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            part.write_bytes(data)
+            part.chmod(0o400)
+            part.rename(place)
+        except OSError:
+            part.unlink(missing_ok=True)
+            raise
 
 
-def _shown(text: str) -> str:
-    """A name as people can read it: bytes that are no UTF-8 as \\xNN."""
-    return text.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
-
-
-def _cleaned(text: str) -> str:
-    return _shown(" ".join(text.split()))[:120]
-
-
-def _numbered(found: list[Submission]) -> list[Submission]:
-    """Number the attempts of each student at each lab: by the suffix, then by time, then by name."""
-    groups: dict[tuple[str, str], list[Submission]] = {}
-    for one in found:
-        groups.setdefault((one.student or f"?{one.named}", one.lab), []).append(one)
-    result = []
-    for group in groups.values():
-        group.sort(key=lambda one: (one.attempt, one.received, one.path))
-        result += [replace(one, attempt=i + 1) for i, one in enumerate(group)]
-    return sorted(result, key=lambda one: (one.lab, one.student, one.named, one.attempt))
+def _said(name: str) -> str:
+    """A name as people write it: bytes that are no UTF-8 as \\xNN."""
+    return name.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")

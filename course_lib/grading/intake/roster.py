@@ -17,12 +17,17 @@ import itertools
 import re
 import unicodedata
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 from course_lib.authoring.tree import CourseError
+from course_lib.grading.safe_text import shown
 
-__all__ = ["Person", "Roster", "read_roster", "rows_of"]
+from .authorship import Author
+
+__all__ = ["COLUMNS", "Person", "Roster", "kept_of", "read_roster", "rows_of", "student_id", "text_of"]
+
+COLUMNS = ("id", "name", "group")
 
 
 @dataclass(frozen=True)
@@ -40,26 +45,25 @@ class Roster:
 
     people: tuple[Person, ...]
 
-    def match(self, ids: tuple[str, ...], names: tuple[str, ...]) -> str:
-        """The id of the one person whom any of the ids, or else of the names, means; "" if nobody or several."""
-        found = {person.id for person in self.people if person.id in ids}
-        if not found:
-            wanted = {_letters(name) for name in names} - {""}
-            found = {person.id for person in self.people if _spellings(person.name) & wanted}
+    def match(self, who: Author) -> str:
+        """The id of the one person who is meant; "" if nobody or several, and a person decides.
+
+        A name counts only where the download gives no id: an unknown id is somebody who is not in the roster, and a
+        known one beside another person's name contradicts itself.
+        """
+        ids = {shown(name) for name in who.ids}
+        by_id = {person.id for person in self.people if person.id in ids}
+        wanted = {_letters(name) for name in who.names} - {""}
+        by_name = {person.id for person in self.people if _spellings(person.name) & wanted}
+        if who.layout in ("moodle", "canvas"):
+            found = by_id if not by_name or by_id <= by_name else set()
+        else:
+            found = by_id or by_name
         return found.pop() if len(found) == 1 else ""
 
     def person(self, student: str) -> Person | None:
         """The person of an id."""
         return next((person for person in self.people if person.id == student), None)
-
-    def as_dict(self) -> dict[str, Any]:
-        """Plain data, for the ledger."""
-        return {"people": [[person.id, person.name, person.group] for person in self.people]}
-
-    @staticmethod
-    def from_dict(values: dict[str, Any]) -> Roster:
-        """The roster of plain data."""
-        return Roster(tuple(Person(*row) for row in values["people"]))
 
 
 def _letters(name: str) -> str:
@@ -68,6 +72,7 @@ def _letters(name: str) -> str:
     return "".join(letter for letter in plain if letter.isalnum())
 
 
+@lru_cache(maxsize=4096)
 def _spellings(name: str) -> set[str]:
     """A person's name in every order of its words, as downloads write it."""
     words = [letters for word in re.split(r"[\s,;_]+", name) if (letters := _letters(word))]
@@ -75,7 +80,25 @@ def _spellings(name: str) -> set[str]:
     return {"".join(order) for order in orders}
 
 
-def rows_of(path: Path, needed: tuple[str, ...]) -> list[tuple[int, dict[str, str]]]:
+def text_of(source: Path | str) -> tuple[str, str]:
+    """The text and the name of a file that an instructor wrote; a text of one, which a ledger kept, stays as it is.
+
+    Raises
+    ------
+    CourseError
+        If it cannot be read or is not UTF-8.
+    """
+    if isinstance(source, str):
+        return source, "the ledger"
+    try:
+        return source.read_text(encoding="utf-8-sig"), source.name
+    except UnicodeDecodeError:
+        raise CourseError(f"{source.name} is not UTF-8: save it as UTF-8 (of a spreadsheet, as CSV UTF-8).") from None
+    except OSError as error:
+        raise CourseError(f"{source.name} cannot be read: {error.strerror}.") from error
+
+
+def rows_of(source: Path | str, needed: tuple[str, ...]) -> list[tuple[int, dict[str, str]]]:
     """The rows of a CSV file with a heading, each with its line.
 
     Raises
@@ -83,18 +106,13 @@ def rows_of(path: Path, needed: tuple[str, ...]) -> list[tuple[int, dict[str, st
     CourseError
         If it cannot be read, is not UTF-8, or lacks a column.
     """
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise CourseError(f"{path.name} is not UTF-8: save it as CSV UTF-8.") from None
-    except OSError as error:
-        raise CourseError(f"{path.name} cannot be read: {error.strerror}.") from error
+    text, name = text_of(source)
     first = text.split("\n", 1)[0]
     reader = csv.DictReader(io.StringIO(text), delimiter=";" if first.count(";") > first.count(",") else ",")
-    names = [(name or "").strip().lower() for name in reader.fieldnames or ()]
-    lacking = [name for name in needed if name not in names]
+    names = [(column or "").strip().lower() for column in reader.fieldnames or ()]
+    lacking = [column for column in needed if column not in names]
     if lacking:
-        raise CourseError(f"{path.name}, line 1: there is no column {lacking[0]!r}; it needs {', '.join(needed)}.")
+        raise CourseError(f"{name}, line 1: there is no column {lacking[0]!r}; it needs {', '.join(needed)}.")
     reader.fieldnames = names
     rows = []
     for row in reader:
@@ -108,8 +126,21 @@ def rows_of(path: Path, needed: tuple[str, ...]) -> list[tuple[int, dict[str, st
     return rows
 
 
-def read_roster(path: Path) -> Roster:
-    """Read a roster; see this module for its form.
+def student_id(text: str) -> str:
+    """An id as it can be typed, without the word that Moodle writes before it."""
+    return shown(re.sub(r"^participant\s+", "", text, flags=re.I))
+
+
+def kept_of(source: Path | str, columns: tuple[str, ...], without: str = "") -> str:
+    """What a ledger keeps of such a file: these columns, and nothing of one student; the first column is the id."""
+    out = io.StringIO()
+    rows = [[row.get(column, "") for column in columns] for _, row in rows_of(source, columns[:1])]
+    csv.writer(out).writerows([columns, *(row for row in rows if not without or student_id(row[0]) != without)])
+    return out.getvalue()
+
+
+def read_roster(source: Path | str) -> Roster:
+    """Read a roster; see this module for its form. One from which everybody was erased is empty.
 
     Raises
     ------
@@ -117,13 +148,14 @@ def read_roster(path: Path) -> Roster:
         Naming file and line, if an id is missing or stands twice.
     """
     people: dict[str, Person] = {}
-    for line, row in rows_of(path, ("id", "name")):
-        student = re.sub(r"^participant\s+", "", row["id"], flags=re.I)
+    name = text_of(source)[1]
+    for line, row in rows_of(source, COLUMNS[:2]):
+        student = student_id(row["id"])
         if not student:
-            raise CourseError(f"{path.name}, line {line}: the id is missing.")
+            raise CourseError(f"{name}, line {line}: the id is missing.")
         if student in people:
-            raise CourseError(f"{path.name}, line {line}: the id {student!r} stands there twice.")
+            raise CourseError(f"{name}, line {line}: the id {student!r} stands there twice.")
         people[student] = Person(student, row["name"] or student, row.get("group", ""))
-    if not people:
-        raise CourseError(f"{path.name} names nobody.")
+    if not people and isinstance(source, Path):
+        raise CourseError(f"{name} names nobody.")
     return Roster(tuple(people.values()))

@@ -7,7 +7,6 @@ version, a missing id. What cannot is refused in one sentence that says what to 
 from __future__ import annotations
 
 import json
-import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,6 +23,7 @@ class IntakeLimits:
     cells: int = 2_000
     code_letters: int = 1_000_000
     depth: int = 100
+    things: int = 500_000
     files: int = 20_000
     archive_members: int = 5_000
     archive_bytes: int = 200_000_000
@@ -102,6 +102,8 @@ def _json(text: str, limits: IntakeLimits) -> Any:
     start = text.lstrip()[:200].lower()
     if start.startswith(("<!doctype", "<html", "<?xml")):
         raise Unreadable("a web page", "the file is a web page, perhaps of a log-in: download the notebook itself.")
+    if text.count("[") + text.count("{") > limits.things and len(_brackets(text)) > 2 * limits.things:
+        raise Unreadable("too many things", f"the file holds more than {limits.things:,} lists, as no notebook does.")
     if _depth(text) > limits.depth:
         raise Unreadable("too deep", f"the file is nested more than {limits.depth} deep, as no notebook is.")
     try:
@@ -120,16 +122,19 @@ def _whole(text: str) -> int:
     return int(text) if len(text) < 100 else 0  # thousands of digits take minutes
 
 
+def _brackets(text: str) -> bytes:
+    """The brackets outside of texts; each step is one pass, so that nothing runs out of stack, or of time."""
+    plain = text.replace("\\\\", "").replace('\\"', "")  # backslashes stand in texts only
+    outside = "".join(plain.split('"')[::2]).encode("utf-8", "replace")
+    return outside.translate(None, delete=bytes(set(range(256)) - set(b"[]{}")))
+
+
 def _depth(text: str) -> int:
-    """How deep brackets are nested, outside of texts; one pass, so that no parser runs out of stack, or of time."""
+    """How deep brackets are nested, outside of texts."""
     depth = deepest = 0
-    plain = re.sub(r"\\.", "", text, flags=re.S)  # backslashes stand in texts only
-    for match in re.finditer(r'"[^"]*"?|[\[{]|[\]}]', plain):
-        if match[0] in "[{":
-            depth += 1
-            deepest = max(deepest, depth)
-        elif match[0] in "]}":
-            depth -= 1
+    for bracket in _brackets(text):
+        depth += 1 if bracket in b"[{" else -1
+        deepest = max(deepest, depth)
     return deepest
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from course_lib import tasks
 from course_lib.authoring.tree import CourseError, nearest
+from course_lib.grading.intake.roster import read_roster
 from course_lib.grading.safe_text import page_name
 
 from .ledger import Ledger
@@ -21,8 +22,8 @@ def forget(ledger: Ledger, student: str, grades: Path) -> int:
     CourseError
         If nothing of such a student is there.
     """
-    roster = ledger.settings("roster") or {"people": []}
-    known = {entry.student for entry in ledger.entries()} | {row[0] for row in roster["people"]}
+    people = read_roster(text).people if (text := ledger.settings("roster")) else ()
+    known = {entry.student for entry in ledger.entries()} | {person.id for person in people}
     if student not in known or not student:
         raise CourseError(f"nobody with the id {student!r} is in {grades}.{nearest(student, known)}")
     files = [grades / "originals" / digest[:2] / digest for digest in ledger.forget(student)]

@@ -6,103 +6,39 @@ the next run goes on from there. Only one writes at a time; readers may look mea
 
 from __future__ import annotations
 
-import hashlib
 import json
-import secrets
 import sqlite3
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
-from pathlib import Path
-from typing import Any
-
-from filelock import FileLock, Timeout
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, astuple, fields
 
 from course_lib.authoring.tree import CourseError
+from course_lib.grading.intake import roster
 from course_lib.grading.intake.intake import Submission
-from course_lib.grading.ledger.rows import FIELDS, Decision, Entry, Run, now, run_of
 from course_lib.grading.records import Record
-from course_lib.grading.release.private import use_kept
 
-from .schema import SCHEMA, VERSION
+from . import policy
+from .database import Database
+from .rows import TOLD, Decision, Entry, Run, now, row_of
+from .run_seeds import seed_of, seeds
+from .schema import NEWEST
 
 __all__ = ["Decision", "Entry", "Ledger", "Run"]
 
 
-class Ledger:
+class Ledger(Database):
     """The ledger of a folder of grades; use it in a `with`.
 
     Parameters
     ----------
-    path : of ledger.sqlite; made if it is not there.
+    path : of ledger.sqlite.
     write : False only reads, and may go on beside a grader.
+    make : whether who writes makes it, if it is not there.
 
     Raises
     ------
     CourseError
-        If it is not there (for reading), is damaged, is of a newer course, or another grader writes to it.
+        If it is not there and not made, is damaged, is of another course, or another grader writes to it.
     """
-
-    def __init__(self, path: Path, write: bool = True) -> None:
-        self.path = path
-        self._write = write
-        self._lock = FileLock(str(path) + ".lock")
-
-    def __enter__(self) -> Ledger:
-        if not self._write and not self.path.is_file():
-            raise CourseError(f"{self.path.parent} holds no grades: make them with `course.py grade FOLDER --out …`.")
-        if self._write:
-            try:
-                self._lock.acquire(timeout=0)
-            except Timeout:
-                raise CourseError(f"another grader works on {self.path.parent}: wait until it has ended.") from None
-            except OSError as error:
-                raise CourseError(f"{self.path.parent} cannot be written: {error.strerror}.") from error
-        try:
-            self._open()
-        except sqlite3.Error as error:
-            self._lock.release()
-            raise CourseError(f"{self.path} is no ledger, or damaged ({error}); it was left as it is.") from error
-        except CourseError:
-            self._lock.release()
-            raise
-        use_kept(self.path.parent)
-        return self
-
-    def _open(self) -> None:
-        fresh = not self.path.exists()
-        self.db = sqlite3.connect(self.path, timeout=30, isolation_level=None)
-        self.db.row_factory = sqlite3.Row
-        self.db.execute("PRAGMA foreign_keys = ON")
-        self.db.execute("PRAGMA secure_delete = ON")
-        if self._write:
-            self.db.execute("PRAGMA journal_mode = WAL")
-        tables = {row[0] for row in self.db.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
-        if self._write and (fresh or not tables):
-            self.db.executescript(f"BEGIN IMMEDIATE; {SCHEMA} COMMIT;")
-        elif "about" not in tables:
-            raise CourseError(f"{self.path} is no ledger of this course; it was left as it is.")
-        version = self.db.execute("SELECT version FROM about").fetchone()[0]
-        if version > VERSION:
-            raise CourseError(f"{self.path} was made by a newer course: update this copy. It was left as it is.")
-
-    def __exit__(self, *raised: object) -> None:
-        self.db.close()
-        self._lock.release()
-
-    @contextmanager
-    def _all_or_nothing(self) -> Iterator[None]:
-        try:
-            self.db.execute("BEGIN IMMEDIATE")
-            yield
-            self.db.execute("COMMIT")
-        except sqlite3.OperationalError as error:
-            if self.db.in_transaction:
-                self.db.execute("ROLLBACK")
-            raise CourseError(f"the ledger could not be written ({error}); what it held is safe.") from error
-        except BaseException:
-            if self.db.in_transaction:
-                self.db.execute("ROLLBACK")
-            raise
 
     # runs
 
@@ -116,87 +52,90 @@ class Ledger:
         environment: str,
         grader: str,
         isolation: str,
-        draw: Callable[[str], int] = lambda lab: secrets.randbelow(2**53),
+        limits: str | None = None,
+        usual: str = "{}",
+        draw: Callable[[str, Sequence[int]], int] = lambda lab, among: among[0],
     ) -> Run:
-        """The run to grade under: the one that went before under the same versions, or a new one.
+        """The run to grade under: the one that went before, or a new one with its seed.
 
-        Its seed is stored before anything is graded, so that a run that was killed goes on with the same inputs.
+        The seed is stored before anything is graded, so that a run that was killed goes on with the same inputs; and
+        everybody gets the same, also where the grader changed meanwhile. A new version of the lab draws anew.
+
+        Parameters
+        ----------
+        seed : a number that a person typed; with the secret of this ledger it decides the run's. None is random.
+        limits : as JSON; None for those of the run that went before, or the usual ones.
+        draw : chooses one of several seeds for a lab.
         """
-        with self._all_or_nothing():
+        with self.all_or_nothing():
+            among = seeds(self.db, seed)
             rows = self.db.execute(
-                "SELECT * FROM runs WHERE lab = ? AND lab_version = ? AND environment = ? AND grader = ? "
-                "AND per_student = ? ORDER BY id DESC",
-                (lab, lab_version, environment, grader, per_student),
-            ).fetchall()
-            fitting = [row for row in rows if seed is None or row["seed"] == seed]
-            if fitting:
-                return run_of(fitting[0])
-            drawn = draw(lab) if seed is None else seed
-            self.db.execute(
-                "INSERT INTO runs (lab, lab_version, environment, grader, seed, per_student, isolation, started) "
-                "VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-                (lab, lab_version, environment, grader, drawn, per_student, isolation, now()),
+                "SELECT * FROM runs WHERE lab = ? AND lab_version = ? AND per_student = ? ORDER BY id DESC",
+                (lab, lab_version, per_student),
             )
-            return run_of(self.db.execute("SELECT * FROM runs WHERE id = last_insert_rowid()").fetchone())
+            before = [row_of(Run, row) for row in rows if seed is None or row["seed"] in among]
+            last = before[0] if before else None
+            return self._run(
+                Run(
+                    id=0,
+                    lab=lab,
+                    lab_version=lab_version,
+                    environment=environment,
+                    grader=grader,
+                    seed=last.seed if last else draw(lab, among),
+                    per_student=per_student,
+                    limits=limits or (last.limits if last else usual),
+                    isolation=isolation,
+                )
+            )
+
+    def begin_again(self, run: Run) -> Run:
+        """The run like this one, with its seed and limits, that is in the ledger; added if there is none."""
+        with self.all_or_nothing():
+            return self._run(run)
+
+    def _run(self, run: Run) -> Run:
+        values = {name: value for name, value in asdict(run).items() if name != "id"}
+        key = {name: value for name, value in values.items() if name != "isolation"}
+        same = " AND ".join(f"{name} = :{name}" for name in key)
+        found = self.db.execute(f"SELECT * FROM runs WHERE {same} ORDER BY id DESC", key).fetchone()
+        if found is None:
+            names = f"{', '.join(values)}, started) VALUES (:{', :'.join(values)}"
+            self.db.execute(f"INSERT INTO runs ({names}, :started)", values | {"started": now()})
+            found = self.db.execute("SELECT * FROM runs WHERE id = last_insert_rowid()").fetchone()
+        return row_of(Run, found)
+
+    def run(self, number: int) -> Run:
+        """A run by its id."""
+        return row_of(Run, self.db.execute("SELECT * FROM runs WHERE id = ?", (number,)).fetchone())
 
     def seed_of(self, run: Run, entry: Entry) -> int:
-        """The seed of a submission's inputs: the run's, or one of the student's own that follows from it."""
-        if not run.per_student:
-            return run.seed
-        who = entry.student or entry.named
-        return int.from_bytes(hashlib.sha256(f"{run.seed} {who}".encode("utf-8", "replace")).digest()[:6], "big")
+        """The seed of a submission's inputs (see `run_seeds`)."""
+        return seed_of(self.db, run, entry)
 
     # submissions
 
-    def take(self, run: Run, submissions: Sequence[Submission]) -> list[Entry]:
-        """Add what is new, and give the entries of all of them."""
-        with self._all_or_nothing():
+    def take(self, submissions: Sequence[Submission]) -> list[Entry]:
+        """Add what is new of one download, and give the entries of all of them."""
+        with self.all_or_nothing():
+            added = now()
+            download = self.db.execute("SELECT coalesce(max(download), 0) + 1 FROM entries").fetchone()[0]
             for one in submissions:
-                values = [getattr(one, name) for name in FIELDS]
+                # of what is here already, who it is may have become known since, from a better roster
                 self.db.execute(
-                    f"INSERT OR IGNORE INTO entries ({', '.join(FIELDS)}, added) "
-                    f"VALUES ({', '.join('?' * len(FIELDS))}, ?)",
-                    (*values, now()),
-                )
-                # who it is may have become known since, from a better roster
-                self.db.execute(
-                    "UPDATE entries SET student = ?, attempt = ? WHERE lab = ? AND sha256 = ? AND path = ? AND student "
-                    "IN ('', ?)",
-                    (one.student, one.attempt, one.lab, one.sha256, one.path, one.student),
+                    f"INSERT INTO entries ({', '.join(TOLD)}, download, added) VALUES ({'?, ' * len(TOLD)}?, ?) "
+                    "ON CONFLICT (lab, sha256, path) DO UPDATE SET student = excluded.student WHERE student = ''",
+                    (*astuple(one), download, added),
                 )
         keys = {(one.lab, one.sha256, one.path) for one in submissions}
-        return [entry for entry in self.entries(run.lab) if (entry.lab, entry.sha256, entry.path) in keys]
+        return [entry for entry in self.entries() if (entry.lab, entry.sha256, entry.path) in keys]
 
     def entries(self, lab: str | None = None) -> list[Entry]:
-        """Every submission, with its student as a person may have decided."""
-        given = {
-            (row["lab"], row["task"]): row["student"]
-            for row in self.db.execute("SELECT * FROM decisions WHERE kind = 'assign' ORDER BY id")
-        }
-        rows = self.db.execute("SELECT * FROM entries WHERE ? IS NULL OR lab = ? ORDER BY id", (lab, lab))
-        found = []
-        for row in rows:
-            values = {name: row[name] for name in FIELDS}
-            student = given.get((row["lab"], row["path"]), row["student"])
-            found.append(Entry(**{**values, "late": bool(row["late"]), "student": student}, id=row["id"]))
-        return found
+        """Every submission as it stands now, in the order of arrival."""
+        rows = self.db.execute("SELECT * FROM attempts WHERE ? IS NULL OR lab = ? ORDER BY id", (lab, lab))
+        return [row_of(Entry, row) for row in rows]
 
     # records
-
-    def pending(self, run: Run, entries: Iterable[Entry]) -> list[Entry]:
-        """Those that have no grade under this run's versions and seed yet."""
-        return [entry for entry in entries if not self._graded(run, entry)]
-
-    def _graded(self, run: Run, entry: Entry) -> bool:
-        key = (entry.id, run.lab_version, run.environment, run.grader, self.seed_of(run, entry))
-        return (
-            self.db.execute(
-                "SELECT 1 FROM records WHERE entry = ? AND lab_version = ? AND environment = ? AND grader = ? "
-                "AND seed = ? AND status <> 'infrastructure'",
-                key,
-            ).fetchone()
-            is not None
-        )
 
     def record(self, run: Run, entry: Entry, record: Record) -> None:
         """Keep a record, at once and for good.
@@ -204,25 +143,13 @@ class Ledger:
         Raises
         ------
         CourseError
-            If this submission already has a grade under these versions and this seed.
+            If this submission has been graded in this run.
         """
         try:
-            with self._all_or_nothing():
+            with self.all_or_nothing():
                 self.db.execute(
-                    "INSERT INTO records "
-                    "(entry, lab_version, environment, grader, seed, status, points, record, added) "
-                    "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
-                    (
-                        entry.id,
-                        record["lab_version"],
-                        record["environment"],
-                        record["grader"],
-                        record["seed"],
-                        record["status"],
-                        record["points"],
-                        json.dumps(record),
-                        now(),
-                    ),
+                    "INSERT INTO records (entry, run, status, record, added) VALUES (?, ?, ?, ?, ?)",
+                    (entry.id, run.id, record["status"], json.dumps(record), now()),
                 )
         except sqlite3.IntegrityError as error:
             raise CourseError(f"{entry.path} has been graded already; nothing was changed.") from error
@@ -234,45 +161,39 @@ class Ledger:
 
     def newest(self, entry: Entry) -> Record | None:
         """The record that counts: the newest grade, or else the newest failure to grade."""
-        records = self.records(entry)
-        graded = [record for record in records if record["status"] != "infrastructure"]
-        return (graded or records or [None])[-1]
+        row = self.db.execute(f"SELECT record FROM records WHERE id = {NEWEST.format('?')}", (entry.id,)).fetchone()
+        return json.loads(row["record"]) if row else None
 
     # decisions
 
-    def decide(self, student: str, lab: str, task: str, kind: str, points: float | None, who: str, reason: str) -> None:
-        """Append what a person decided."""
-        self.decide_all([(student, lab, task, kind, points, who, reason)])
-
-    def decide_all(self, rows: Sequence[tuple[str, str, str, str, float | None, str, str]]) -> None:
-        """Append several decisions, all or none."""
-        with self._all_or_nothing():
+    def decide(self, *decisions: Decision) -> None:
+        """Append what a person decided, all or none."""
+        names = [field.name for field in fields(Decision)]
+        with self.all_or_nothing():
             self.db.executemany(
-                "INSERT INTO decisions (student, lab, task, kind, points, who, reason, added) "
-                "VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-                [(*row, now()) for row in rows],
+                f"INSERT INTO decisions ({', '.join(names)}) VALUES (:{', :'.join(names)})",
+                [asdict(one) | {"added": now()} for one in decisions],
             )
 
     def decisions(self, student: str | None = None, lab: str | None = None) -> list[Decision]:
         """What people decided, the oldest first."""
         rows = self.db.execute(
-            "SELECT student, lab, task, kind, points, who, reason, added FROM decisions "
-            "WHERE (? IS NULL OR student = ?) AND (? IS NULL OR lab = ?) ORDER BY id",
+            "SELECT * FROM decisions WHERE (? IS NULL OR student = ?) AND (? IS NULL OR lab = ?) ORDER BY id",
             (student, student, lab, lab),
         )
-        return [Decision(*row) for row in rows]
+        return [row_of(Decision, row) for row in rows]
 
     # settings
 
-    def set_settings(self, name: str, value: dict[str, Any]) -> None:
-        """Remember a roster, extensions or a policy as plain data; a later one takes its place."""
-        with self._all_or_nothing():
-            self.db.execute("INSERT OR REPLACE INTO settings VALUES (?, ?)", (name, json.dumps(value)))
+    def set_settings(self, name: str, text: str) -> None:
+        """Remember the text of a roster, of extensions or of a policy; a later one takes its place."""
+        with self.all_or_nothing():
+            self.db.execute("INSERT OR REPLACE INTO settings VALUES (?, ?)", (name, text))
 
-    def settings(self, name: str) -> dict[str, Any] | None:
-        """What was remembered under a name."""
+    def settings(self, name: str) -> str:
+        """The text that was remembered under a name; "" if none was."""
         row = self.db.execute("SELECT value FROM settings WHERE name = ?", (name,)).fetchone()
-        return json.loads(row["value"]) if row else None
+        return row["value"] if row else ""
 
     def forget(self, student: str) -> list[str]:
         """Erase a student; the hashes of originals that nobody else handed in.
@@ -281,19 +202,15 @@ class Ledger:
         """
         mine = [entry for entry in self.entries() if entry.student == student]
         others = {entry.sha256 for entry in self.entries() if entry.student != student}
-        with self._all_or_nothing():
+        with self.all_or_nothing():
             self.db.execute("UPDATE about SET forgetting = 1")
             for entry in mine:
                 self.db.execute("DELETE FROM entries WHERE id = ?", (entry.id,))
             self.db.execute("DELETE FROM decisions WHERE student = ?", (student,))
-            roster = self.settings("roster")
-            if roster is not None:
-                roster["people"] = [row for row in roster["people"] if row[0] != student]
-                self.db.execute("UPDATE settings SET value = ? WHERE name = 'roster'", (json.dumps(roster),))
-            extensions = self.settings("extensions")
-            if extensions is not None:
-                extensions["rows"] = [row for row in extensions["rows"] if row[0] != student]
-                self.db.execute("UPDATE settings SET value = ? WHERE name = 'extensions'", (json.dumps(extensions),))
+            for name, columns in (("roster", roster.COLUMNS), ("extensions", policy.COLUMNS)):
+                if text := self.settings(name):
+                    left = roster.kept_of(text, columns, without=student)
+                    self.db.execute("UPDATE settings SET value = ? WHERE name = ?", (left, name))
             self.db.execute("UPDATE about SET forgetting = 0")
         self.db.execute("VACUUM")
         self.db.execute("PRAGMA wal_checkpoint(TRUNCATE)")

@@ -30,28 +30,30 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
 from course_lib.authoring.tree import CourseError, nearest
-from course_lib.grading.intake.roster import rows_of
+from course_lib.grading.intake.roster import rows_of, student_id, text_of
 
-__all__ = ["Attempt", "Extensions", "Policy", "read_extensions", "read_policy"]
+__all__ = ["COLUMNS", "Attempt", "Extensions", "Policy", "read_extensions", "read_policy"]
 
+COLUMNS = ("student", "lab", "due")
 COUNTS = ("last", "best", "first", "last-on-time")
 KEYS = ("timezone", "counts", "grace_minutes", "due", "steps")
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """One attempt of a student at a lab; `points` after what lateness took."""
+    """One attempt of a student at a lab: its `points` after lateness, and the `most` it can get."""
 
     number: int
     late: bool
     points: float
+    most: float
 
 
 @dataclass(frozen=True)
@@ -63,15 +65,6 @@ class Extensions:
     def excused(self, student: str, lab: str) -> bool:
         """Whether this lab does not count for this student."""
         return self.rows.get((student, lab)) == "excused"
-
-    def as_dict(self) -> dict[str, Any]:
-        """Plain data, for the ledger."""
-        return {"rows": [[student, lab, due] for (student, lab), due in self.rows.items()]}
-
-    @staticmethod
-    def from_dict(values: dict[str, Any]) -> Extensions:
-        """The extensions of plain data."""
-        return Extensions({(student, lab): due for student, lab, due in values.get("rows", [])})
 
 
 @dataclass(frozen=True)
@@ -120,28 +113,19 @@ class Policy:
         return time if time.tzinfo else time.replace(tzinfo=ZoneInfo(self.timezone))
 
     def choose(self, attempts: Sequence[Attempt]) -> int:
-        """The place of the attempt that counts."""
+        """The place of the attempt that counts; while a person decides, the best is the one that can become it."""
         places = range(len(attempts))
         if self.counts == "first":
             return min(places, key=lambda i: attempts[i].number)
         if self.counts == "best":
-            return max(places, key=lambda i: (attempts[i].points, attempts[i].number))
+            return max(places, key=lambda i: (attempts[i].most, attempts[i].points, attempts[i].number))
         on_time = [i for i in places if not attempts[i].late]
         if self.counts == "last-on-time" and on_time:
             return max(on_time, key=lambda i: attempts[i].number)
         return max(places, key=lambda i: attempts[i].number)
 
-    def as_dict(self) -> dict[str, Any]:
-        """Plain data, for the ledger."""
-        return asdict(self)
 
-    @staticmethod
-    def from_dict(values: dict[str, Any]) -> Policy:
-        """The policy of plain data."""
-        return Policy(**{**values, "steps": tuple(tuple(step) for step in values.get("steps", ()))})
-
-
-def read_policy(path: Path) -> Policy:
+def read_policy(source: Path | str) -> Policy:
     """Read a late policy; see this module for its form.
 
     Raises
@@ -149,24 +133,25 @@ def read_policy(path: Path) -> Policy:
     CourseError
         Naming the file and what is wrong in it.
     """
+    text, name = text_of(source)
     try:
-        values = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, OSError) as error:
-        raise CourseError(f"{path.name} cannot be read as TOML: {error}.") from None
-    for name in values:
-        if name not in KEYS:
-            raise CourseError(f"{path.name}: there is no setting {name!r}.{nearest(name, KEYS)}")
+        values = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise CourseError(f"{name} cannot be read as TOML: {error}.") from None
+    for key in values:
+        if key not in KEYS:
+            raise CourseError(f"{name}: there is no setting {key!r}.{nearest(key, KEYS)}")
     zone = values.get("timezone", "UTC")
     try:
         ZoneInfo(zone)
     except (ZoneInfoNotFoundError, ValueError, TypeError):
-        raise CourseError(f"{path.name}: there is no time zone {zone!r}; one is 'Europe/Berlin'.") from None
+        raise CourseError(f"{name}: there is no time zone {zone!r}; one is 'Europe/Berlin'.") from None
     if values.get("counts", "last") not in COUNTS:
-        raise CourseError(f"{path.name}: counts = {values['counts']!r} is none of {', '.join(COUNTS)}.")
+        raise CourseError(f"{name}: counts = {values['counts']!r} is none of {', '.join(COUNTS)}.")
     grace = values.get("grace_minutes", 0)
     if isinstance(grace, bool) or not isinstance(grace, (int, float)) or grace < 0:
-        raise CourseError(f"{path.name}: grace_minutes = {grace!r} must be a number of minutes.")
-    due = {_lab(path.name, lab): _due(path.name, lab, when) for lab, when in values.get("due", {}).items()}
+        raise CourseError(f"{name}: grace_minutes = {grace!r} must be a number of minutes.")
+    due = {_lab(name, lab): _due(name, lab, when) for lab, when in values.get("due", {}).items()}
     steps = []
     for step in values.get("steps", []):
         hours, keep = step.get("hours"), step.get("keep")
@@ -176,7 +161,7 @@ def read_policy(path: Path) -> Policy:
             or hours < 0
             or not 0 <= keep <= 100
         ):
-            raise CourseError(f"{path.name}: a step needs hours (0 or more) and keep (0 to 100 percent).")
+            raise CourseError(f"{name}: a step needs hours (0 or more) and keep (0 to 100 percent).")
         steps.append((float(hours), float(keep)))
     return Policy(due, tuple(steps), float(grace), values.get("counts", "last"), zone)
 
@@ -197,7 +182,7 @@ def _due(where: str, lab: str, when: Any) -> str:
         raise CourseError(f"{where}: the due date {when!r} of {lab} is no date such as 2026-11-24T23:59:00.") from None
 
 
-def read_extensions(path: Path) -> Extensions:
+def read_extensions(source: Path | str) -> Extensions:
     """Read extensions; see this module for their form.
 
     Raises
@@ -205,11 +190,12 @@ def read_extensions(path: Path) -> Extensions:
     CourseError
         Naming file and line.
     """
-    rows = {}
-    for line, row in rows_of(path, ("student", "lab", "due")):
-        where = f"{path.name}, line {line}"
+    rows, name = {}, text_of(source)[1]
+    for line, row in rows_of(source, COLUMNS):
+        where = f"{name}, line {line}"
         if not row["student"]:
             raise CourseError(f"{where}: the student is missing.")
         excused = row["due"].lower() == "excused"
-        rows[row["student"], _lab(where, row["lab"])] = "excused" if excused else _due(where, row["lab"], row["due"])
+        due = "excused" if excused else _due(where, row["lab"], row["due"])
+        rows[student_id(row["student"]), _lab(where, row["lab"])] = due
     return Extensions(rows)

@@ -7,10 +7,10 @@ import re
 from course_lib import tasks
 from course_lib.authoring.tree import CourseError, nearest
 from course_lib.grading.ledger.attempts import Standing, standings
-from course_lib.grading.ledger.ledger import Ledger
-from course_lib.grading.safe_text import clean
+from course_lib.grading.ledger.ledger import Entry, Ledger
+from course_lib.grading.safe_text import clean, shown
 
-__all__ = ["find_lab", "find_standing", "find_task"]
+__all__ = ["find_lab", "find_standing", "find_submission", "find_task"]
 
 
 def find_lab(name: str) -> str:
@@ -36,7 +36,18 @@ def find_standing(ledger: Ledger, student: str, lab: str) -> Standing:
     """Where a student stands at a lab."""
     everybody = standings(ledger, lab)
     for one in everybody:
-        if one.student == student and student:
+        if one.student == shown(student) and student:
             return one
     people = [clean(name) for one in everybody for name in (one.student, one.name) if name]
     raise CourseError(f"nobody with the id {student!r} is known at lab {lab}.{nearest(student, people)}")
+
+
+def find_submission(ledger: Ledger, lab: str, name: str) -> Entry:
+    """A submission that waits for whose, or which, it is, by its number or by its path as it is shown."""
+    waiting = [one for one in ledger.entries(lab) if not one.student or one.tied]
+    found = [one for one in waiting if str(one.id) == name] or [one for one in waiting if one.path == shown(name)]
+    if len(found) == 1:
+        return found[0]
+    listed = ", ".join(f"{one.id} ({clean(one.path)})" for one in found or waiting)
+    problem = "is the path of several: say its number" if found else "does not wait"
+    raise CourseError(f"{name!r} {problem}; waiting are: {listed or 'none'}.")

@@ -4,53 +4,67 @@ from __future__ import annotations
 
 import ast
 import builtins
+import re
 import warnings
 from collections.abc import Sequence
 
-from IPython.core.inputtransformer2 import TransformerManager
-
-MOST_MAGICS = 50
-"""A cell with more magics, or longer than MOST_LETTERS, loses whole lines of them: IPython reads it anew for each."""
-MOST_LETTERS = 20_000
 BUILTINS = frozenset(dir(builtins))
 
 
+_MARKS = re.compile(r"""\\.|\'{3}|"{3}|['"#()\[\]{}]""", re.S)
+RUNS = ("%%time", "%%timeit", "%%capture", "%%prun")
+"""Magics of a whole cell under which it is run as Python."""
+
+
 def plain_python(source: str) -> str:
-    """A cell without what only a notebook understands, as far as it stood outside the answer: magics, `!` and `?`."""
+    """A cell without what only a notebook understands: magics, `!` and `?`. Each line stays in its place.
+
+    It is read once, line by line: IPython reads a cell anew for each magic.
+    """
     if parse(source)[0] is not None:
         return source
     lines = source.split("\n")
     first = next((i for i, line in enumerate(lines) if line.strip()), 0)
     if lines[first].startswith("%%"):
-        if lines[first].split()[0] not in ("%%time", "%%timeit", "%%capture", "%%prun"):
+        if lines[first].split()[0] not in RUNS:
             return "\n".join(f"# {line}" for line in lines)
         lines[first] = f"# {lines[first]}"
-    magics = sum(line.lstrip()[:1] in ("%", "!", "?") or line.rstrip()[-1:] == "?" for line in lines)
-    if magics > MOST_MAGICS or len(source) > MOST_LETTERS:
-        return "\n".join(f"# {line}" if line.lstrip()[:1] in ("%", "!", "?") else line for line in lines)
-    try:
-        text = TransformerManager().transform_cell("\n".join(lines))
-    except Exception:  # IPython's own parser, on what anybody wrote
-        return "\n".join(lines)
-    tree = parse(text)[0]
-    if tree is None:
-        return "\n".join(lines)
-    told = text.split("\n")
-    for statement in tree.body:
-        if isinstance(statement, ast.Expr) and _is_magic(statement.value):
-            for i in range(statement.lineno - 1, statement.end_lineno or statement.lineno):
-                told[i] = f"# {told[i]}"
-    return "\n".join(told)
+    quotes, depth, goes_on, magic = "", 0, False, False
+    for i, line in enumerate(lines):
+        if not (quotes or depth or goes_on) or magic:
+            lines[i] = f"# {line}" if magic else _without_magic(line)
+        magic = lines[i] != line and line.endswith("\\")
+        quotes, depth = _after(lines[i], quotes, depth)
+        goes_on = line.endswith("\\")
+    return "\n".join(lines)
 
 
-def _is_magic(node: ast.AST) -> bool:
-    """Whether an expression is `get_ipython().…`, which IPython makes of a magic."""
-    while isinstance(node, (ast.Attribute, ast.Call)):
-        inner = node.func if isinstance(node, ast.Call) else node.value
-        if isinstance(node, ast.Attribute) and isinstance(inner, ast.Call) and isinstance(inner.func, ast.Name):
-            return inner.func.id == "get_ipython"
-        node = inner
-    return False
+def _without_magic(line: str) -> str:
+    """A line at which a statement begins; what is a magic becomes a comment, what it gives to a name is None."""
+    text = line.strip()
+    indent = line[: len(line) - len(line.lstrip())]
+    asks = text.endswith("?") and text.rstrip("?").replace(".", "").isidentifier()
+    if text[:1] in ("%", "!", "?") or asks:
+        return f"{indent}pass  # {text}" if indent else f"# {text}"
+    left, _, right = line.partition("=")
+    return f"{left}= None  #{right}" if right.lstrip()[:1] in ("%", "!") and left.strip() else line
+
+
+def _after(line: str, quotes: str, depth: int) -> tuple[str, int]:
+    """The quotes of the text and the depth of the brackets that go on after a line."""
+    for match in _MARKS.finditer(line):
+        mark = match[0]
+        if quotes:
+            quotes = "" if mark.startswith(quotes) else quotes
+        elif mark == "#":
+            break
+        elif mark[0] in "'\"":
+            quotes = mark
+        elif mark in "([{":
+            depth += 1
+        elif mark in ")]}":
+            depth = max(0, depth - 1)
+    return (quotes if len(quotes) == 3 else ""), depth
 
 
 def parse(source: str) -> tuple[ast.Module | None, str]:

@@ -120,13 +120,13 @@ def _sentence(name: str) -> str:
     return f"{name} is what a task of your lab asks you to write; it is not part of this copy."
 
 
-def needed(names: Iterable[str], root: Path, files: Iterable[Path]) -> list[str]:
-    """Those of some hidden names that files use themselves, beside defining and re-exporting them."""
-    texts = {path: _uses(path.read_text(encoding="utf-8")) for path in files if path.suffix == ".py"}
+def needed(names: Iterable[str], root: Path, sources: Iterable[str]) -> list[str]:
+    """Those of some hidden names that modules use themselves, beside defining and re-exporting them."""
+    texts = [_uses(source) for source in sources]
     found = []
     for hidden in find_hidden(names, root):
         short = hidden.public.rpartition(".")[2]
-        if any(re.search(rf"\b{short}\b", text) for text in texts.values()):
+        if any(re.search(rf"\b{short}\b", text) for text in texts):
             found.append(hidden.public)
     return found
 

@@ -9,17 +9,18 @@ from __future__ import annotations
 
 import ast
 import re
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from nbformat import NotebookNode
 
 from course_lib import MOVED
-from course_lib.authoring.notebooks import task_heading
 from course_lib.grading.records import Notice
 from course_lib.grading.release.cell_source import bound, imported, normal, parse, plain_python, used, with_decorators
 
 from .released import ReleasedLab, Slot
+from .text_answers import heading_of, place_in_text
 
 __all__ = ["Answer", "Piece", "Rebuilt", "older_release", "rebuild"]
 
@@ -42,8 +43,10 @@ class Answer:
 
     Parameters
     ----------
-    state : "found", "stub" (as released), "missing", or "broken" (not Python; `trouble` says why).
+    state : "found", "stub" (as released), "missing", "broken" (not Python), or "text" (it stands in a cell that is
+        never run, so that a person must look).
     source : the learner's code for it, helpers first.
+    trouble : what is wrong where it is broken or a text.
     pieces : the same as cells to run.
     """
 
@@ -96,7 +99,7 @@ def rebuild(nb: NotebookNode, lab: ReleasedLab) -> Rebuilt:
         for statement in cell.tree.body
         if normal(statement) not in released_statements
     ]
-    chosen = [_choose(slot, lab, cells, notices) for slot in lab.slots]
+    chosen = [_choose(slot, lab, nb, cells, notices) for slot in lab.slots]
     binding: dict[str, list[tuple[_Cell, ast.stmt]]] = {}
     for cell, statement in own:
         for name in bound(statement):
@@ -129,20 +132,19 @@ def older_release(nb: NotebookNode, lab: ReleasedLab) -> str:
 
 
 def _cells(nb: NotebookNode) -> list[_Cell]:
-    found = []
-    heading = 0
+    found, heading = [], 0
     for place, cell in enumerate(nb.cells):
-        if cell.cell_type == "markdown":
-            seen = task_heading(cell.source)
-            heading = seen.number if seen else heading
-        elif cell.cell_type == "code":
+        heading = heading_of(cell, heading)
+        if cell.cell_type == "code":
             source = plain_python(cell.source)
             tree, trouble = parse(source)
             found.append(_Cell(place, str(cell.get("id", "")), heading, source, tree, trouble))
     return found
 
 
-def _choose(slot: Slot, lab: ReleasedLab, cells: Sequence[_Cell], notices: list[Notice]) -> tuple[Answer, _Cell | None]:
+def _choose(
+    slot: Slot, lab: ReleasedLab, nb: NotebookNode, cells: Sequence[_Cell], notices: list[Notice]
+) -> tuple[Answer, _Cell | None]:
     """Find the cell that holds the answer of one task."""
     name, number = slot.function, slot.task.number
     stub = normal(parse(slot.stub)[0] or ast.Module([], []))
@@ -159,12 +161,12 @@ def _choose(slot: Slot, lab: ReleasedLab, cells: Sequence[_Cell], notices: list[
             chosen = (whole or group)[-1]
             break
     if len(worked) > 1 and chosen is not None:
-        _say(
-            notices,
-            "several",
-            slot,
-            f"{name} is written in {len(worked)} cells; the one that counts is cell {chosen.place + 1}.",
-        )
+        text = f"{name} is written in {len(worked)} cells; the one that counts is cell {chosen.place + 1}."
+        _say(notices, "several", slot, text)
+    if chosen is None and (place := place_in_text(slot, nb, lab)) is not None:
+        text = f"the answer stands in cell {place + 1}, which is a text cell and is not run: a person looks at it."
+        _say(notices, "text cell", slot, text)
+        return Answer(slot, "text", nb.cells[place].source, f"Task {slot.task.number}: {text}"), None
     if chosen is None:
         state = "stub" if candidates else "missing"
         if state == "missing":
@@ -257,7 +259,7 @@ def _frame_notices(cells: Iterable[_Cell], lab: ReleasedLab) -> list[Notice]:
     sources = {cell.id: cell.source for cell in cells}
     gone = [name for name in lab.cells if name not in ids]
     changed = [n for n in lab.cells if n in sources and n not in slots and sources[n].strip() != lab.cells[n].strip()]
-    doubled = sorted({name for name in ids if name and ids.count(name) > 1})
+    doubled = [name for name, count in Counter(ids).items() if name and count > 1]
     order = [name for name in dict.fromkeys(ids) if name in lab.cells]
     for code, what, names in (
         (

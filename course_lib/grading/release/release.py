@@ -21,10 +21,11 @@ import nbformat
 from course_lib import tasks
 from course_lib.authoring import notebooks as nbs
 from course_lib.authoring.tree import CourseError, Tree
-from course_lib.grading.module_graph import closure
+from course_lib.grading.module_graph import closure, imported_names
 from course_lib.tasks.core import LIBRARY
 from course_lib.tasks.private import LISTED, private_tasks
 
+from .bare_lab import bare_lab
 from .hiding import hidden_sources, needed
 from .private import listing, with_private_cells
 from .released import ReleasedLab, released_lab
@@ -100,15 +101,23 @@ def _write(folder: Path, released: Sequence[ReleasedLab], tree: Tree, hints: int
     for lab in released:
         nb = with_private_cells(lab.number, nbs.read_notebook(tree.exercises_folder / f"{lab.name}.ipynb"))
         nbs.write_notebook(folder / "exercises" / f"{lab.name}.ipynb", fewer_hints(nb, hints))
-    files = library_files(numbers, tree.root)
+    bare: dict[Path, bytes] = {}
+    for lab in released:
+        nb = nbs.read_notebook(tree.exercises_folder / f"{lab.name}.ipynb")
+        bare |= bare_lab(lab.number, tree.root, _from_labs(nb))
+    files = [path for path in library_files(numbers, tree.root) if path.parent not in {p.parent for p in bare}]
+    texts = [path.read_text(encoding="utf-8") for path in files if path.suffix == ".py"]
+    texts += [data.decode() for path, data in bare.items() if path.suffix == ".py"]
     hides = sorted({name for number in numbers for task in tasks.lab(number) for name in task.hides})
     hides = [name for name in hides if name.startswith("course_lib.")]
-    kept = needed(hides, tree.root, files)
+    kept = needed(hides, tree.root, texts)
     changed = hidden_sources(hides, tree.root, kept)
-    for path in [*files, *_data_files(tree.root)]:
+    for path in [*files, *bare, *_data_files(tree.root)]:
         place = folder / path.relative_to(tree.root)
         place.parent.mkdir(parents=True, exist_ok=True)
-        if path in changed:
+        if path in bare:
+            place.write_bytes(bare[path])
+        elif path in changed:
             place.write_text(changed[path], encoding="utf-8")
         else:
             shutil.copyfile(path, place)
@@ -119,6 +128,13 @@ def _write(folder: Path, released: Sequence[ReleasedLab], tree: Tree, hints: int
     text = README.format(title=title, labs=", ".join(lab.name for lab in released), files=names)
     (folder / "README.md").write_text(text, encoding="utf-8")
     return kept
+
+
+def _from_labs(nb: nbformat.NotebookNode) -> set[str]:
+    """The dotted names that a notebook imports from labs' packages."""
+    code = [cell.source for cell in nb.cells if cell.cell_type == "code"]
+    names = set().union(*(imported_names(source, ()) for source in code))
+    return {name for name in names if name.startswith("course_lib.tasks.labs.")}
 
 
 def fewer_hints(nb: nbformat.NotebookNode, most: int) -> nbformat.NotebookNode:

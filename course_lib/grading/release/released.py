@@ -48,6 +48,7 @@ class ReleasedLab:
     cells : id to source of every code cell as released.
     given : ids of the code cells that stand outside tasks and are run before the answers, in order.
     slots : one a task, in order.
+    texts : sources of every text cell as released.
     version : of cells, tasks and points; another version may grade differently.
     """
 
@@ -56,6 +57,7 @@ class ReleasedLab:
     cells: dict[str, str]
     given: tuple[str, ...]
     slots: tuple[Slot, ...]
+    texts: frozenset[str]
     version: str
 
     @property
@@ -82,12 +84,13 @@ def released_lab(number: str, root: Path | None = None) -> ReleasedLab:
 @lru_cache(maxsize=64)
 def _read(path: Path, wanted: tuple[tasks.Task, ...], _changed: int) -> ReleasedLab:
     """A lab with its tasks; an instructor's own among them bring cells of their own."""
-    cells, given, stubs = {}, [], {}
+    cells, given, stubs, texts = {}, [], {}, set()
     number = 0
     for cell in with_private_cells(path.stem[:2], nbs.read_notebook(path)).cells:
         if cell.cell_type == "markdown":
             heading = nbs.task_heading(cell.source)
             number = heading.number if heading else number
+            texts.add(cell.source.strip())
             continue
         cells[cell.id] = cell.source
         tags = set(nbs.cell_tags(cell))
@@ -101,7 +104,7 @@ def _read(path: Path, wanted: tuple[tasks.Task, ...], _changed: int) -> Released
     slots = tuple(Slot(task, *stubs[task.number]) for task in wanted)
     said = [list(cells.items()), [[task.id, task.version, task.points, task.signature] for task in wanted]]
     version = hashlib.sha256(json.dumps(said).encode()).hexdigest()[:12]
-    return ReleasedLab(path.stem[:2], path.stem, cells, tuple(given), slots, version)
+    return ReleasedLab(path.stem[:2], path.stem, cells, tuple(given), slots, frozenset(texts), version)
 
 
 def lab_of_cells(sources: list[str]) -> str:

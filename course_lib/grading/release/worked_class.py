@@ -42,16 +42,17 @@ STUDENTS = (
     (112, "Lea Rossi", "B"),
 )
 
-ANOTHER_WAY = '''def deproject(depth, fx, fy, cx, cy):
-    """One row of the image after the other."""
-    points = np.full((*depth.shape, 3), np.nan)
-    for v, row in enumerate(depth):
-        for u, z in enumerate(row):
-            if z > 0:
-                points[v, u] = (u - cx) * z / fx, (v - cy) * z / fy, z
+ANOTHER_WAY = '''def deproject(ranges, fx, fy, cx, cy, left, top):
+    """One row of the window after the other."""
+    points = np.full((*ranges.shape, 3), np.nan)
+    for v, row in enumerate(ranges):
+        for u, length in enumerate(row):
+            if length > 0:
+                ray = np.array([(u + left - cx) / fx, (v + top - cy) / fy, 1.0])
+                points[v, u] = length * ray / np.linalg.norm(ray)
     return points
 '''
-ENDLESS = "def deproject(depth, fx, fy, cx, cy):\n    while True:\n        pass\n"
+ENDLESS = "def deproject(ranges, fx, fy, cx, cy, left, top):\n    while True:\n        pass\n"
 
 
 def write_class(folder: Path) -> Path:

@@ -17,7 +17,7 @@ from course_lib.grading.records import Record
 from course_lib.grading.release.released import released_lab
 
 from .grade_submission import grader_version
-from .pool import TRIES, WorkerProcess
+from .pool import TRIES, WorkerProcess, repeat_late
 
 __all__ = ["grade_on_cluster"]
 
@@ -45,7 +45,7 @@ def grade_on_cluster(
     Parameters
     ----------
     address : of the scheduler, "tls://host:8786" or "inproc://…".
-    on_record : called once a job, in this thread, with its place and its record.
+    on_record : called once a job, in this thread, with its place and its record; what ran out of time is repeated.
     security : a `distributed.Security`; by default what Dask's configuration says.
 
     Raises
@@ -54,7 +54,7 @@ def grade_on_cluster(
         If distributed is missing, the address is open to anybody, nobody answers there, or versions differ.
     """
     try:
-        from distributed import Client, Security, as_completed
+        from distributed import Client, Security
     except ImportError:
         raise CourseError("grading on a cluster needs Dask: install the extra `dask` (uv sync --extra dask).") from None
     if not address.startswith(("tls://", "inproc://")):
@@ -65,21 +65,27 @@ def grade_on_cluster(
         raise CourseError(f"no Dask scheduler answers at {address}: {error}.") from error
     with client:
         _compare(client, sorted({job["lab"] for job in jobs}))
-        tries = dict.fromkeys(range(len(jobs)), 1)
-        places = {_submit(client, job): place for place, job in enumerate(jobs)}
-        waiting = as_completed(list(places), loop=client.loop)
-        for future in waiting:
-            place = places[future]
-            record = _record(future)
-            if record is None or (record["status"] == "infrastructure" and tries[place] < TRIES):
-                tries[place] += 1
-                if tries[place] > 2 * TRIES:
-                    raise CourseError("the cluster loses every worker that grades: see its logs.")
-                again = _submit(client, jobs[place])
-                places[again] = place
-                waiting.add(again)
-            else:
-                on_record(place, record)
+        repeat_late(lambda some, keep: _grade_some(client, some, keep), jobs, on_record)
+
+
+def _grade_some(client: Any, jobs: Sequence[dict[str, Any]], on_record: Callable[[int, Record], None]) -> None:
+    from distributed import as_completed
+
+    tries = dict.fromkeys(range(len(jobs)), 1)
+    places = {_submit(client, job): place for place, job in enumerate(jobs)}
+    waiting = as_completed(list(places), loop=client.loop)
+    for future in waiting:
+        place = places[future]
+        record = _record(future)
+        if record is None or (record["status"] == "infrastructure" and tries[place] < TRIES):
+            tries[place] += 1
+            if tries[place] > 2 * TRIES:
+                raise CourseError("the cluster loses every worker that grades: see its logs.")
+            again = _submit(client, jobs[place])
+            places[again] = place
+            waiting.add(again)
+        else:
+            on_record(place, record)
 
 
 def _submit(client: Any, job: dict[str, Any]) -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import contextlib
 import dataclasses
+import hashlib
 import tempfile
 import time
 import traceback
@@ -15,39 +16,30 @@ from typing import TYPE_CHECKING, Any, TypedDict
 
 from course_lib import tasks
 from course_lib.authoring.tree import CourseError
-from course_lib.grading.intake.intake import IntakeLimits, Unreadable, notebook_of
+from course_lib.grading.intake.intake import Unreadable
 from course_lib.grading.records import FORMAT, Notice, Record, TaskRecord
-from course_lib.grading.release.rebuild import Answer, Rebuilt, older_release, rebuild
+from course_lib.grading.release.rebuild import Answer, Rebuilt
 from course_lib.grading.release.released import ReleasedLab, released_lab
 from course_lib.grading.run.grader_version import grader_version
 from course_lib.tasks.judging import UNSTEADY, Result
 from course_lib.tasks.running import answered, asked
-from course_lib.tasks.sources import forbidden_in_text
 
-from .kernel_imports import SILENT, Room, build_room, rooms_of
+from .causes import with_causes
+from .kernel_imports import Room, build_room, rooms_of
 from .limits import Limits
+from .reading import read_submission
 from .sandbox import Held, NoSandbox, machine, probe_sandbox
 
 if TYPE_CHECKING:
     from .engine import Run
 
 __all__ = [
-    *("Job", "failed_record", "grade_one", "grader_version", "held_by", "load_data", "prepare"),
+    *("Job", "failed_record", "fresh_cases", "grade_one", "grader_version", "held_by", "load_data", "prepare"),
     *("right_function", "unreadable_record"),
 ]
 
 ROOT = Path(__file__).resolve().parents[3]
 MOST_SOURCE = 20_000
-SYSTEM_ERRORS = (
-    ("No space left on device", "folder_mb"),
-    ("File too large", "file_mb"),
-    ("Too many open files", "open_files"),
-    ("Unable to allocate", "memory_mb"),
-    ("MemoryError", "memory_mb"),
-    ("can't start new thread", "threads"),
-    ("Resource temporarily unavailable", "threads"),
-)
-"""What the system says inside when a limit strikes there, and which limit it is."""
 
 
 class Job(TypedDict):
@@ -62,11 +54,11 @@ class Job(TypedDict):
     limits: dict[str, float]
 
 
-def held_by(kind: str) -> Held:
-    """How kernels are to be held. Raises NoSandbox where "bwrap" is asked for and does not hold."""
+def held_by(kind: str, *own: Path) -> Held:
+    """How kernels are to be held, and see nothing of some folders. Raises NoSandbox where "bwrap" does not hold."""
     if kind == "none":
         return Held("none", (), "none: submitted code ran with the rights of the grader")
-    return probe_sandbox()
+    return probe_sandbox(own)
 
 
 def load_data() -> Callable[..., Any]:
@@ -178,16 +170,14 @@ def _grade(job: Job, record: Record, prepared: Prepared, held: Held, limits: Lim
 
     lab = prepared.lab
     try:
-        nb = notebook_of(base64.b64decode(job["notebook"]), IntakeLimits())
+        older, rebuilt, refused = read_submission(base64.b64decode(job["notebook"]), lab, limits)
     except Unreadable as error:
         record.update(unreadable_record(job, error.code, error.sentence) | {"isolation": record["isolation"]})
         return
-    if older := older_release(nb, lab):
+    if older:
         _failed(record, "older release", older)
         return
-    rebuilt = rebuild(nb, lab)
-    refused = {answer.slot.task.id: _refusal(answer, lab) for answer in rebuilt.answers if answer.state == "found"}
-    cases = {slot.task.id: _cases(slot.task, job["seed"]) for slot in lab.slots}
+    cases = {slot.task.id: fresh_cases(slot.task, job["seed"]) for slot in lab.slots}
     done: dict[str, Run] = {}
     left = limits.total_seconds
     for group, room in prepared.rooms:
@@ -206,26 +196,15 @@ def _grade(job: Job, record: Record, prepared: Prepared, held: Held, limits: Lim
         for answer in rebuilt.answers
     ]
     for task in record["tasks"]:
-        if task["status"] == "raised":
-            task["error"] += _limit_behind(task["error"], limits)
+        if task["points"] < task["max"]:
+            task["error"] = with_causes(task, done[task["id"]].raised.get(task["id"], ""), limits)
     record["points"] = round(sum(task["points"] for task in record["tasks"]), 2)
 
 
-def _limit_behind(error: str, limits: Limits) -> str:
-    """The limit that an error of the system inside comes from, as a sentence; "" where none does."""
-    for words, name in SYSTEM_ERRORS:
-        if words in error:
-            return f" That is a limit of grading: {name} = {getattr(limits, name):g}."
-    return ""
-
-
-def _cases(task: tasks.Task, seed: int) -> tuple[tasks.Case, ...]:
-    return tasks.fresh(task, seed, load_data() if task.data else None)
-
-
-def _refusal(answer: Answer, lab: ReleasedLab) -> str:
-    given = "\n".join(lab.cells[name] for name in lab.given)
-    return forbidden_in_text(answer.slot.task, answer.source, given, SILENT)
+def fresh_cases(task: tasks.Task, seed: int) -> tuple[tasks.Case, ...]:
+    """The inputs of a task under the seed of a run: from a stream of its own, so that no task's tell another's."""
+    own = int.from_bytes(hashlib.sha256(f"inputs of {task.id} {seed}".encode()).digest()[:8], "big")
+    return tasks.fresh(task, own, load_data() if task.data else None)
 
 
 def _part(rebuilt: Rebuilt, wanted: set[str]) -> Rebuilt:
@@ -238,6 +217,9 @@ def _judge(answer: Answer, cases: tuple[tasks.Case, ...], run: Run, refused: str
     task = answer.slot.task
     if answer.state == "stub":
         return _task_record(task, "not started", "not started", "", answer)
+    if answer.state == "text":
+        record = _task_record(task, "by hand", "text cell", answer.trouble, answer)
+        return {**record, "text": record["source"]}
     if answer.state == "missing":
         return _task_record(task, "missing", "missing", f"No cell defines {task.function}.", answer)
     if answer.state == "broken":
@@ -247,7 +229,7 @@ def _judge(answer: Answer, cases: tuple[tasks.Case, ...], run: Run, refused: str
     if task.id in run.reasons:
         code, sentence = run.reasons[task.id]
         if code == "no function" and task.id in run.raised:
-            return _task_record(task, "raised", "raised", f"Its cell raised {run.raised[task.id]}.", answer)
+            return _task_record(task, "raised", "raised", f"In its cell, {run.raised[task.id]}.", answer)
         return _task_record(task, "no answer", code, sentence, answer)
     outcomes = answered(task, run.outcomes[task.id])
     result = tasks.judge_all(task, cases, outcomes, right_function(task))

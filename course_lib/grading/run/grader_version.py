@@ -10,8 +10,9 @@ from course_lib.authoring.tree import course_tree
 
 PARTS = (
     *("intake/untrusted_notebook", "release/cell_source", "release/hiding", "release/rebuild", "release/released"),
-    *("run/engine", "run/grade_submission", "run/kernel", "run/kernel_imports", "run/kernel_messages"),
-    *("run/limits", "run/nbval_items", "run/sandbox", "run/watchdog"),
+    *("release/text_answers", "run/causes", "run/counting", "run/engine", "run/grade_submission", "run/kernel"),
+    *("run/kernel_channels", "run/kernel_imports", "run/kernel_messages", "run/limits", "run/nbval_items"),
+    *("run/reading", "run/sandbox", "run/watchdog"),
 )
 """The modules of the grader that can change a grade; with them inside/ and what all tasks share."""
 

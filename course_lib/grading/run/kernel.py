@@ -6,6 +6,7 @@ It has the methods that nbval calls. Whatever comes from it is counted before it
 from __future__ import annotations
 
 import contextlib
+import math
 import shutil
 import subprocess
 import sys
@@ -17,39 +18,25 @@ from pathlib import Path
 from queue import Empty
 from typing import Any
 
-import ipykernel.kernelspec
 import psutil
 import zmq
-from jupyter_client.kernelspec import KernelSpec, KernelSpecManager
 from jupyter_client.manager import KernelManager
 from nbval.kernel import RunningKernel
 
 from course_lib.grading.run.inside.course_probe import MIME
-from course_lib.grading.run.kernel_messages import Strike, check_message
+from course_lib.grading.run.kernel_messages import Strike, check_message, is_answer, needed, weigh
 from course_lib.grading.run.watchdog import watch
 
+from .counting import Spent, new_group, spent
+from .kernel_channels import HeldSockets, OneKernel, limited_context
 from .kernel_imports import Room
 from .limits import Limits
-from .sandbox import Held, bwrap_command, interpreter, open_command
+from .sandbox import Held, kernel_command
 
 __all__ = ["Kernel", "Strike"]
 
-
-class _OneKernel(KernelSpecManager):
-    """Knows the one command that starts our kernel, whatever name a notebook asks for."""
-
-    command: tuple[str, ...] = ()
-    variables: dict[str, str] = {}
-
-    def get_kernel_spec(self, kernel_name: str) -> KernelSpec:
-        return KernelSpec(
-            resource_dir=ipykernel.kernelspec.RESOURCES,
-            argv=list(self.command),
-            env=self.variables,
-            display_name="graded",
-            language="python",
-            interrupt_mode="signal",  # sent to the dead by `stop`; a message to them would be waited for
-        )
+MOST_WAITING = 10_000
+"""So many messages may wait to be read."""
 
 
 class Kernel(RunningKernel):
@@ -72,102 +59,97 @@ class Kernel(RunningKernel):
         seconds: float | None = None,
     ) -> None:
         self.limits = limits
-        self._seconds = limits.total_seconds if seconds is None else seconds
+        self.seconds = limits.total_seconds if seconds is None else seconds
         self._note_answer = note_answer
         self._ready: dict[str, deque[dict]] = {"iopub": deque(), "shell": deque()}
         self._struck: Strike | None = None
-        self._shown = 0
-        self._deadline = time.monotonic() + limits.start_seconds
-        self._limit_name = "start_seconds"
-        number = sum(1 for _ in folder.glob("k*"))
-        self._closed, self._open = folder / f"k{number}", folder / f"s{number}"
+        self._shown = self._answered = 0
+        self.processor = 0.0
+        self._closed, self._open = (folder / f"{letter}{len(list(folder.glob('k*')))}" for letter in "ks")
         for place in (self._closed, self._open):
             place.mkdir(mode=0o700)
-        connection = self._closed / "c.json"
-        program = ["/course/kernel_main.py", "/course/room.json", str(connection), held.kind]
-        self._start(held, room, connection, program)
+        self._sockets = HeldSockets(self._closed)
+        self.group = new_group(limits) if held.kind == "bwrap" else None
+        self._limit, self._mark = "start_seconds", self.now()
+        self._start(held, room)
         self._began = time.monotonic()
-        threading.Thread(target=watch, args=(self, self._began + self._seconds), daemon=True).start()
+        threading.Thread(target=watch, args=(self,), daemon=True).start()
         try:
             self._ensure_iopub_up()
         except BaseException:
             self.stop()
             raise
 
-    def _start(self, held: Held, room: Room, connection: Path, program: list[str]) -> None:
-        specs = _OneKernel()
-        if held.kind == "bwrap":
-            words = [interpreter(), "-I", "-S", *program]
-            specs.command = tuple(bwrap_command(held, room, self.limits, words, (self._closed, self._open)))
-            environment = {"PATH": "/usr/bin:/bin"}
-        else:
-            settings = room.folder / "room.json"
-            words, environment = open_command(room, self._open)
-            specs.command = (*words, str(room.folder / "kernel_main.py"), str(settings), str(connection), held.kind)
-        self.context = zmq.Context()
-        self.context.setsockopt(zmq.MAXMSGSIZE, int(self.limits.message_mb * 1e6))
-        self.context.setsockopt(zmq.RECONNECT_IVL, -1)
-        self.context.setsockopt(zmq.LINGER, 0)
+    def _start(self, held: Held, room: Room) -> None:
+        connection = self._closed / "c.json"
+        words, environment = kernel_command(held, room, self.limits, self._closed, self._open)
+        words = self.group.entered(words) if self.group else words
+        self.context = limited_context(self.limits)
         self.km = KernelManager(
             kernel_name="graded",
-            kernel_spec_manager=specs,
+            kernel_spec_manager=OneKernel(words),
             connection_file=str(connection),
             transport="ipc",
             ip=str(self._open / "z"),
             context=self.context,
         )
-        log = open(self._closed / "said.txt", "wb")
-        with log:
+        with open(self._closed / "said.txt", "wb") as log:
             self.km.start_kernel(env=environment, cwd=str(self._closed), stdout=log, stderr=subprocess.STDOUT)
         self.process = psutil.Process(self.km.provisioner.pid)
         deadline = time.monotonic() + self.limits.start_seconds
-        while self._sockets(held.kind) < 5:
+        while not self.alive() or not self._held(held.kind):
             if not self.alive() or time.monotonic() > deadline:
                 tail = (self._closed / "said.txt").read_text(errors="replace")[-400:]
                 self.stop()
                 raise RuntimeError(f"the kernel did not start: {tail.strip()}")
             time.sleep(0.01)
-        self.kc = self.km.client()
-        self.kc.ip = str(self._seen / "z")
+        self.kc = self.km.client(context=self.context)
+        self.kc.ip = str(self._closed / "z")
         self.kc.start_channels(stdin=False, hb=False, control=True)
+        channels = (self.kc.iopub_channel, self.kc.shell_channel)
+        self._cut = [channel.socket.get_monitor_socket(zmq.EVENT_DISCONNECTED) for channel in channels]
+
+    def _held(self, kind: str) -> bool:
+        """Whether all of its sockets listen, and are held; they are found through a process of the sandbox."""
+        inside = [f"/proc/{one.pid}/root" for one in self.process.children(recursive=True)]
+        held = any(self._sockets.hold(f"{root}{self._open}") for root in (inside if kind == "bwrap" else [""]))
+        self.sockets = self._sockets.folder
+        return held
 
     @property
     def watched(self) -> bool:
         """Whether there is still something to watch."""
         return self._struck is None and hasattr(self, "km")
 
-    @property
-    def sockets(self) -> Path:
-        """The folder of its sockets, as seen from outside."""
-        return self._seen
-
-    def _sockets(self, kind: str) -> int:
-        """How many there are; finds out where they are seen from outside: through a process of the sandbox."""
-        if kind == "none":
-            self._seen = self._open
-            return sum(1 for _ in self._seen.iterdir())
-        with contextlib.suppress(psutil.NoSuchProcess, OSError):
-            for one in self.process.children(recursive=True):
-                self._seen = Path(f"/proc/{one.pid}/root{self._open}")
-                if (count := sum(1 for _ in self._seen.iterdir())) > 0:
-                    return count
-        return 0
-
-    # what is asked of it
+    def now(self) -> Spent:
+        """The time that it has taken up to now."""
+        return Spent(self.processor, time.monotonic())
 
     @contextlib.contextmanager
-    def limit(self, seconds: float, name: str) -> Iterator[None]:
-        """Within this block, the kernel has so many seconds; `name` is told when they are over."""
-        self._limit_name = name
-        self._deadline = time.monotonic() + seconds
+    def limit(self, name: str) -> Iterator[None]:
+        """Within this block, the kernel has the seconds of this limit, which is told when they are over."""
+        self._limit, self._mark = name, self.now()
         yield
+
+    def _most(self) -> float:
+        return getattr(self.limits, self._limit)
+
+    def execute_cell_input(self, cell_input: str, allow_stdin: bool | None = None, given: Sequence[bytes] = ()) -> str:
+        """Send a cell to be run, with what is `given` beside it; the id of the request."""
+        content = {"code": cell_input, "silent": False, "store_history": False, "user_expressions": {}}
+        content |= {"allow_stdin": False, "stop_on_error": False}
+        request = self.kc.session.msg("execute_request", content)
+        try:
+            self.kc.session.send(self.kc.shell_channel.socket, request, buffers=list(given))
+        except zmq.ZMQError:
+            self.strike("died", "The kernel took no more requests: something in it closed its connection.")
+            raise self._struck from None
+        return request["header"]["msg_id"]
 
     def ask(self, source: str, given: Sequence[bytes]) -> list[Any]:
         """Run a probe with `given` beside it, and return what `note_answer` made of the answers that came."""
-        content = {"code": source, "silent": False, "user_expressions": {}, "allow_stdin": False}
-        request = self.kc.session.msg("execute_request", content)
-        self.kc.session.send(self.kc.shell_channel.socket, request, buffers=list(given))
-        message = request["header"]["msg_id"]
+        self._answered = 0
+        message = self.execute_cell_input(source, given=given)
         answers: list[Any] = []
         self.await_reply(message)
         while True:
@@ -178,91 +160,108 @@ class Kernel(RunningKernel):
             if said["msg_type"] == "error" and said["parent_header"].get("msg_id") == message:
                 text = f"{said['content'].get('ename')}: {said['content'].get('evalue')}"
                 raise Strike("no function", f"Asking it failed with {text[:200]}.")
-            if said["msg_type"] == "display_data" and MIME in said["content"].get("data", {}):
+            if said["msg_type"] == "display_data":
                 answers.append(said["content"]["data"][MIME])
             if said["msg_type"] == "status" and said["parent_header"].get("msg_id") == message:
-                if said["content"].get("execution_state") == "idle":
-                    break
+                break
         return [self._note_answer(answer) for answer in answers]
 
     def alive(self) -> bool:
         """Whether the process runs and nothing struck it."""
         return self._struck is None and hasattr(self, "km") and bool(self.km.is_alive())
 
-    def is_alive(self) -> bool:
-        return self.alive()
-
-    # what nbval calls
+    is_alive = alive
 
     def await_reply(self, msg_id: str, timeout: float | None = None) -> None:
         """Wait for the reply within the limit in force; after it, interrupt, and if that is ignored, kill."""
-        interrupted = False
+        late: Strike | None = None
+        until = math.inf
         while True:
             try:
-                message = self.get_message("shell", timeout=max(0.0, self._deadline - time.monotonic()))
+                message = self.get_message("shell", until - time.monotonic() if late else None)
             except Empty:
-                told = f"{self._limit_name} = {getattr(self.limits, self._limit_name):g}"
-                sentence = f"Time was up ({told}): perhaps a loop that never ends."
-                if interrupted:
+                sentence = f"Time was up ({self._limit} = {self._most():g}): perhaps a loop that never ends."
+                if late:
                     self.strike("timeout", sentence + " It did not stop when interrupted, so its kernel was ended.")
                     raise self._struck from None
-                interrupted = True
-                self._deadline = time.monotonic() + self.limits.grace_seconds
-                self.kc.control_channel.send(self.kc.session.msg("interrupt_request", {}))
-                self._late = Strike("timeout", sentence)
+                late, until = Strike("timeout", sentence), time.monotonic() + self.limits.grace_seconds
+                with contextlib.suppress(zmq.ZMQError):
+                    self.kc.control_channel.send(self.kc.session.msg("interrupt_request", {}))
                 continue
             if message["parent_header"].get("msg_id") == msg_id:
-                if interrupted:
-                    raise self._late
+                if late:
+                    raise late
                 return
 
     def get_message(self, stream: str, timeout: float | None = None) -> dict:
-        """The next message of a stream; meanwhile the other is read, so that nothing piles up unseen."""
-        until = time.monotonic() + (timeout if timeout is not None else self.limits.total_seconds)
+        """The next message of a stream; meanwhile the other is read, so that nothing piles up unseen.
+
+        Without a time-out it waits until the limit in force is over, and raises Empty then.
+        """
+        until = math.inf if timeout is None else time.monotonic() + timeout
         sockets = {self.kc.iopub_channel.socket: "iopub", self.kc.shell_channel.socket: "shell"}
         poller = zmq.Poller()
-        for socket in sockets:
-            poller.register(socket, zmq.POLLIN)
+        for one in (*sockets, *self._cut):
+            poller.register(one, zmq.POLLIN)
         while True:
             if self._struck is not None:
                 raise self._struck
             if self._ready[stream]:
                 return self._ready[stream].popleft()
             left = until - time.monotonic()
-            if left <= 0:
+            over = timeout is None and spent(self._mark, self.now()) > self._most()
+            if left <= 0 or over:
                 raise Empty
-            readable = poller.poll(min(left, 0.1) * 1000)
-            for socket, _ in readable:
-                self._read(sockets[socket], socket)
-            if not readable and not self.km.is_alive():
-                if self._struck is None:
-                    self.strike("died", "The kernel ended while this task ran: something in it ended the program.")
-                raise self._struck  # type: ignore[misc]
+            readable = dict(poller.poll(min(left, 0.1) * 1000))
+            for one in set(readable) & set(sockets):
+                self._read(sockets[one], one)
+            if set(readable) <= set(self._cut):
+                self._look(bool(readable))
 
-    def _read(self, stream: str, socket: Any) -> None:
-        parts = socket.recv_multipart(zmq.NOBLOCK)
+    def _look(self, cut: bool) -> None:
+        """Strike where the kernel has ended, or a connection to it: by itself, or by a message that is too large."""
+        if cut:
+            try:  # it may just be ending, which ends connections, too
+                self.km.provisioner.process.wait(0.5)
+            except subprocess.TimeoutExpired:
+                self._limited(
+                    "output", "The kernel's connection broke: it sent more at once than allowed", "message_mb"
+                )
+        if self.group is not None and self.group.killed():
+            self._limited("memory", "It used more memory than allowed", "memory_mb")
+        elif not self.km.is_alive():
+            self.strike("died", "The kernel ended while this task ran: something in it ended the program.")
+
+    def _read(self, stream: str, one: Any) -> None:
+        parts = one.recv_multipart(zmq.NOBLOCK)
         size = sum(len(part) for part in parts)
+        if size > self.limits.message_mb * 1e6:
+            self._limited("output", "The kernel sent more at once than allowed", "message_mb")
+            return
         try:
+            weigh(parts)
             _, parts = self.kc.session.feed_identities(parts)
             message = self.kc.session.deserialize(parts)
-            kind = message["msg_type"]
-            check_message(kind, message["parent_header"], message["content"])
-            answer = kind == "display_data" and MIME in message["content"]["data"]
+            check_message(message["msg_type"], message["parent_header"], message["content"])
         except Exception as error:  # whatever a hostile kernel sends, the words for it are the same
             self.strike("garbled", f"The kernel sent something that is no message ({type(error).__name__}).")
             return
-        if answer:
-            if size > self.limits.answer_mb * 1e6:
-                told = f"answer_mb = {self.limits.answer_mb:g}"
-                self.strike("oversized", f"The answer was larger than allowed ({told}).")
+        kind = message["msg_type"]
+        kept = needed(message) if stream == "iopub" else message
+        if is_answer(message):
+            self._answered += size
+            if size > self.limits.answer_mb * 1e6 or self._answered > 2 * self.limits.answer_mb * 1e6:
+                self._limited("oversized", "The answer was larger than allowed", "answer_mb")
                 return
         elif stream == "iopub" and kind != "status" and kind != "execute_input":
             self._shown += size
-            if self._shown > self.limits.output_mb * 1e6:
-                told = f"output_mb = {self.limits.output_mb:g}"
-                self.strike("output", f"It printed more than allowed ({told}): perhaps a print in a loop.")
-                return
-        self._ready[stream].append(message)
+        if kept is not None:
+            self._ready[stream].append(kept)
+        if self._shown > self.limits.output_mb * 1e6 or len(self._ready[stream]) > MOST_WAITING:
+            self._limited("output", "It printed more than allowed, perhaps in a loop", "output_mb")
+
+    def _limited(self, code: str, sentence: str, limit: str) -> None:
+        self.strike(code, f"{sentence} ({limit} = {getattr(self.limits, limit):g}).")
 
     def strike(self, code: str, sentence: str) -> None:
         """End the kernel, with the reason that everybody who waits for it will see."""
@@ -276,9 +275,7 @@ class Kernel(RunningKernel):
 
     def _kill(self) -> None:
         with contextlib.suppress(psutil.NoSuchProcess):
-            family = self.process.children(recursive=True)
-            self.process.kill()
-            for one in family:
+            for one in [self.process, *self.process.children(recursive=True)]:
                 with contextlib.suppress(psutil.NoSuchProcess):
                     one.kill()
 
@@ -296,5 +293,8 @@ class Kernel(RunningKernel):
         self.km.cleanup_resources()
         del self.km
         self.context.destroy(linger=0)
+        self._sockets.release()
+        if self.group is not None:
+            self.group.remove()
         for place in (self._closed, self._open):
             shutil.rmtree(place, ignore_errors=sys.platform != "linux")

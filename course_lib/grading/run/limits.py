@@ -18,6 +18,8 @@ DEFAULT = Path(__file__).with_name("limits.toml")
 class Limits:
     """Seconds, megabytes (of a million bytes) and counts; each is explained in limits.toml."""
 
+    read_seconds: float
+    read_mb: float
     start_seconds: float
     cell_seconds: float
     task_seconds: float

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import contextlib
+import re
 import secrets
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
@@ -24,7 +25,10 @@ from .limits import Limits
 from .sandbox import Held
 
 KINDS = ("answer", "not started", "raised", "not plain")
-MOST_TEXT = 400
+MOST_TEXT, MOST_LINE = 400, 90
+_COLOURS = re.compile(r"\x1b\[[0-9;]*m")
+IDLE_SECONDS = 15
+"""So long a cell that has replied may take to say that it is idle."""
 
 
 @dataclass
@@ -35,7 +39,7 @@ class Run:
     ----------
     outcomes : task to one outcome a case, as the kernel told.
     reasons : task to (code, sentence) where there is no answer.
-    raised : task to the first error of its cells.
+    raised : task to the first error of its cells, as a sentence without its end.
     left : seconds of `limits.total_seconds` that the submission still has; all of them if it is not told.
     """
 
@@ -117,7 +121,7 @@ class File(IPyNbFile):
                 continue
             options = defaultdict(bool, check=False)  # what a comment or a tag asks of nbval is not asked here
             item = Cell.from_parent(self, name=f"cell {number}", cell_num=number, cell=cell, options=options)
-            item.task = task
+            item.task, item.output_timeout = task, IDLE_SECONDS
             yield item
 
     def ready(self, task: str, upto: pytest.Item) -> None:
@@ -158,7 +162,7 @@ class Cell(IPyNbCell):
 
     def execute(self) -> None:
         kernel = self.parent.run.kernel
-        with kernel.limit(self.parent.run.limits.cell_seconds, "cell_seconds"):
+        with kernel.limit("cell_seconds"):
             try:
                 IPyNbCell.runtest(self)
             except (NbCellError, Strike):
@@ -175,7 +179,8 @@ class Cell(IPyNbCell):
             self.execute()
         except NbCellError as error:
             if self.task:
-                run.raised.setdefault(self.task, _last_line(error.inner_traceback or str(error)))
+                what = _last_line(error.inner_traceback or str(error))
+                run.raised.setdefault(self.task, f"{_first_line(self.cell.source)} raised {what}")
             raise
         except Strike as strike:
             run.strike(self.task, strike)
@@ -197,7 +202,7 @@ class Probe(pytest.Item):
             self.parent.ready(self.task, self)
             nonce = secrets.token_hex(16)
             run.nonces[nonce] = self.task
-            with run.kernel.limit(run.limits.task_seconds, "task_seconds"):
+            with run.kernel.limit("task_seconds"):
                 answers = run.kernel.ask(*_question(tasks.get(self.task), nonce, run.cases[self.task]))
             self.keep(nonce, answers)
         except Strike as strike:
@@ -257,6 +262,13 @@ def _outcomes(told: Any, count: int) -> list[tasks.Outcome] | None:
     return outcomes
 
 
+def _first_line(source: str) -> str:
+    """Where a statement stands in its cell, whose lines before it are empty comments here."""
+    lines = source.split("\n")
+    number = next((i for i, line in enumerate(lines) if line != "#"), 0)
+    return f"line {number + 1}, `{lines[number].strip()[:MOST_LINE]}`,"
+
+
 def _last_line(text: str) -> str:
-    lines = [line.strip() for line in text.splitlines() if line.strip()]
-    return lines[-1][:MOST_TEXT] if lines else "it raised"
+    lines = [line.strip() for line in _COLOURS.sub("", text).splitlines() if line.strip()]
+    return lines[-1][:MOST_TEXT].rstrip(".") if lines else "an error"

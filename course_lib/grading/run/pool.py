@@ -19,11 +19,13 @@ from course_lib.grading.records import Record
 from .grade_submission import failed_record
 from .scratch_folders import private_folder
 
-__all__ = ["WorkerProcess", "good_workers", "grade_jobs"]
+__all__ = ["Engine", "WorkerProcess", "good_workers", "grade_jobs", "repeat_late"]
 
 ROOT = Path(__file__).resolve().parents[3]
 COMMAND = ("-P", "-m", "course_lib.grading.run.start_worker")
 SECONDS_TO_END = 5
+Engine = Callable[[Sequence[dict[str, Any]], Callable[[int, Record], None]], None]
+"""What grades jobs and tells each record with its place."""
 TRIES = 3
 """So often is an infrastructure failure tried before it is left in the ledger as one."""
 
@@ -94,12 +96,34 @@ def _start() -> subprocess.Popen[bytes]:
 
 
 def grade_jobs(jobs: Sequence[dict[str, Any]], workers: int, on_record: Callable[[int, Record], None]) -> None:
-    """Grade jobs on workers of this machine.
+    """Grade jobs on workers of this machine; what runs out of time beside others is repeated alone.
 
     Parameters
     ----------
-    on_record : called in this thread with the place of a job and its record, as soon as it is done.
+    on_record : called in this thread with the place of a job and its record, as soon as that is final.
     """
+    if min(workers, len(jobs)) == 1:
+        _grade_beside(jobs, 1, on_record)
+    else:
+        repeat_late(lambda some, keep: _grade_beside(some, workers, keep), jobs, on_record)
+
+
+def repeat_late(grade: Engine, jobs: Sequence[dict[str, Any]], on_record: Callable[[int, Record], None]) -> None:
+    """Grade jobs; those that ran out of time once more, one by one, when nobody else's code takes theirs."""
+    late: list[int] = []
+
+    def keep(place: int, record: Record) -> None:
+        if any(task["reason"] == "timeout" for task in record["tasks"]):
+            late.append(place)
+        else:
+            on_record(place, record)
+
+    grade(jobs, keep)
+    for place in late:
+        grade([jobs[place]], lambda _, record, place=place: on_record(place, record))
+
+
+def _grade_beside(jobs: Sequence[dict[str, Any]], workers: int, on_record: Callable[[int, Record], None]) -> None:
     private_folder()  # once, before there are threads
     waiting: queue.SimpleQueue[int] = queue.SimpleQueue()
     done: queue.SimpleQueue[tuple[int, Record | BaseException]] = queue.SimpleQueue()

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import contextlib
+import os
 import time
-from pathlib import Path
 from typing import Protocol
 
 import psutil
 
+from .counting import Group, used_by
 from .limits import Limits
 
 __all__ = ["watch"]
@@ -20,27 +20,28 @@ SOCKETS = 8
 
 
 class Watched(Protocol):
-    """What is asked of a kernel: `watched` while there is something to watch, `sockets` the folder of its sockets."""
+    """What is asked of a kernel: `watched` while there is something to watch, `sockets` the open folder of its sockets.
+
+    `seconds` is what it may take in all, `age` what it has taken; `processor` is told here: seconds of computing.
+    """
 
     limits: Limits
     process: psutil.Process
+    group: Group | None
+    sockets: int
+    seconds: float
+    processor: float
 
     @property
     def watched(self) -> bool: ...
 
-    @property
-    def sockets(self) -> Path: ...
+    def age(self) -> float: ...
 
     def strike(self, code: str, sentence: str) -> None: ...
 
 
-def watch(kernel: Watched, end: float) -> None:
-    """Look until the kernel ends, and strike where a limit is passed.
-
-    Parameters
-    ----------
-    end : when the time of the whole submission is up, by the monotonic clock.
-    """
+def watch(kernel: Watched) -> None:
+    """Look until the kernel ends, and strike where a limit is passed."""
     me = psutil.Process()
     mine = me.memory_info().rss
     limits = kernel.limits
@@ -48,36 +49,26 @@ def watch(kernel: Watched, end: float) -> None:
         time.sleep(TICK)
         try:
             family = [kernel.process, *kernel.process.children(recursive=True)]
-            memory = threads = 0
-            for one in family:
-                with contextlib.suppress(psutil.NoSuchProcess, psutil.AccessDenied):
-                    memory += one.memory_info().rss
-                    threads += one.num_threads()
-        except psutil.NoSuchProcess:
+            used = used_by(family)
+            counted = kernel.group.used() if kernel.group is not None else used
+            crowded = len(os.listdir(kernel.sockets)) > SOCKETS
+        except (psutil.NoSuchProcess, OSError):  # it has just ended
             return
+        kernel.processor = max(kernel.processor, counted.processor)
         for code, much, most, words in (
-            ("memory", memory / 1e6, limits.memory_mb, "memory_mb"),
-            ("processes", len(family) - 2, limits.processes, "processes"),
-            ("processes", threads, limits.threads, "threads"),
+            ("memory", max(used.memory, counted.memory) / 1e6, limits.memory_mb, "memory_mb"),
+            ("processes", used.processes - 2, limits.processes, "processes"),
+            ("processes", max(used.threads, counted.threads), limits.threads, "threads"),
             ("output", (me.memory_info().rss - mine) / 1e6, limits.runner_mb, "runner_mb"),
         ):
             if much > most:
                 kernel.strike(code, f"It used more {code} than allowed ({words} = {most:g}).")
                 return
-        with contextlib.suppress(FileNotFoundError, ProcessLookupError):  # it has just ended
-            if _crowded(kernel):
-                kernel.strike("files", "It wrote files where only the kernel's sockets belong.")
-                return
-        if time.monotonic() > end:
+        if crowded:
+            kernel.strike("files", "It wrote files where only the kernel's sockets belong.")
+            return
+        if kernel.age() > kernel.seconds:
             kernel.strike(
                 "timeout", f"Time for the whole submission was up (total_seconds = {limits.total_seconds:g})."
             )
             return
-
-
-def _crowded(kernel: Watched) -> bool:
-    """Whether more than sockets lie in their folder, or nobody may look there any more."""
-    try:
-        return sum(1 for _ in kernel.sockets.iterdir()) > SOCKETS
-    except PermissionError:
-        return True

@@ -12,7 +12,6 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-import select
 import shutil
 import signal
 import tempfile
@@ -21,13 +20,13 @@ from typing import Any
 
 import psutil
 
-from course_lib import tasks
 from course_lib.grading.records import Record
 
 from . import engine  # noqa: F401 - for the children: each would import it again
 from .die_with_parent import adopt_orphans, die_with_parent
-from .grade_submission import failed_record, grade_one, held_by, load_data, prepare, right_function
+from .grade_submission import failed_record, fresh_cases, grade_one, held_by, prepare, right_function
 from .limits import Limits
+from .reading import all_of
 
 __all__ = ["main"]
 
@@ -79,7 +78,7 @@ def grade_apart(job: dict[str, Any]) -> Record:
             os._exit(code)
     os.close(writer)
     try:
-        text = _read(reader, time.monotonic() + limits.total_seconds + limits.start_seconds + SLACK_SECONDS)
+        text = all_of(reader, time.monotonic() + limits.total_seconds + limits.start_seconds + SLACK_SECONDS)
     finally:
         os.close(reader)
         _end(child)
@@ -95,22 +94,10 @@ def _warm(job: dict[str, Any], limits: Limits) -> None:
         held_by(job["sandbox"])
         prepared = prepare(job["lab"], limits, job["sandbox"])
         for slot in prepared.lab.slots:
-            tasks.fresh(slot.task, job["seed"], load_data() if slot.task.data else None)
+            fresh_cases(slot.task, job["seed"])
             right_function(slot.task)
     except Exception:
         return
-
-
-def _read(reader: int, deadline: float) -> bytes:
-    parts = []
-    while (left := deadline - time.monotonic()) > 0:
-        if not select.select([reader], [], [], left)[0]:
-            break
-        part = os.read(reader, 1 << 20)
-        if not part:
-            return b"".join(parts)
-        parts.append(part)
-    return b""
 
 
 def _end(child: int) -> None:

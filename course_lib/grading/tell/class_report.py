@@ -80,12 +80,10 @@ def _tasks(graded: list[Any]) -> list[dict[str, Any]]:
             "passed": sum(task.points >= task.max for task in some) / len(some),
             "mean": mean(task.points for task in some),
             "max": some[0].max,
-            "untouched": sum(task.record is not None and task.record["status"] == "not started" for task in some),
+            "untouched": sum(task.record["status"] == "not started" for task in some),
         }
         for some in by_task.values()
-        if not any(
-            task.record is not None and task.record["status"] == "by hand" and task.by == "grader" for task in some
-        )
+        if not any(task.open for task in some)
     ]
     return sorted(rows, key=lambda row: (row["passed"], row["number"]))
 
@@ -95,9 +93,8 @@ def _mistakes(graded: list[Any]) -> list[dict[str, Any]]:
     counts: Counter[tuple[int, str, str, str]] = Counter()
     for one in graded:
         for task in one.tasks:
-            if task.record is not None:
-                for name in task.record["misconceptions"]:
-                    counts[task.number, name, task.record["looks_like"], task.record["where"]] += 1
+            for name in task.record["misconceptions"]:
+                counts[task.number, name, task.record["looks_like"], task.record["where"]] += 1
     merged: dict[tuple[int, str], list[Any]] = {}
     for (number, name, looks, where), count in counts.items():
         row = merged.setdefault((number, name), [0, looks, where])
@@ -116,9 +113,8 @@ def _odd(standings: list[Any]) -> list[dict[str, str]]:
         notices = one.record["notices"] if one.record is not None else []
         codes = [notice["code"] for notice in notices if notice["code"] not in ROUTINE]
         texts = [notice["text"] for notice in notices if notice["code"] not in ROUTINE]
-        if one.status == "waiting":
-            texts.insert(0, "Matches nobody in the roster.")
-        if texts or one.status in ("unreadable", "infrastructure", "waiting"):
+        texts.insert(0, one.waits)
+        if any(texts) or one.status in ("unreadable", "infrastructure", "waiting"):
             path = one.entry.path if one.entry else ""
             rows.append(
                 {"who": _who(one), "path": path, "why": " ".join(dict.fromkeys(texts)), "codes": ", ".join(codes)}
@@ -134,7 +130,7 @@ def _alike(graded: list[Any], lab: str) -> list[dict[str, Any]]:
     for one in graded:
         names[one.student] = _who(one)
         for task in one.tasks:
-            if task.record is not None and task.record["status"] not in ("not started", "by hand", "missing"):
+            if task.record["status"] not in ("not started", "by hand", "missing"):
                 by_task.setdefault(task.id, {})[one.student] = task.record["source"]
     rows = []
     for task, answers in sorted(by_task.items()):

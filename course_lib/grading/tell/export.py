@@ -85,7 +85,7 @@ def _moodle(standings: Sequence[Any]) -> list[list[Any]]:
 def _comment(one: Any) -> str:
     """One line a task, in the words of the feedback page."""
     if one.status in OPEN:
-        return one.record["reason"] if one.record is not None else ""
+        return one.waits
     parts = [f"Task {task.number}: {_mark(task)}" for task in one.tasks]
     if one.kept < 1 and one.late_reason:
         parts.append(one.late_reason)
@@ -93,7 +93,7 @@ def _comment(one: Any) -> str:
 
 
 def _mark(task: Any) -> str:
-    if task.by == "grader" and task.record is not None and task.record["status"] == "by hand":
+    if task.open:
         return f"up to {task.max:g}, to be marked"
     return f"{task.points:g} of {task.max:g}"
 

@@ -30,6 +30,7 @@ KIND = {
     "raised": ("wrong", "Your code stopped with an error."),
     "not started": ("open", "Not started: its function still raises NotImplementedError. That cost no other points."),
     "by hand": ("open", "Handed in. Your instructor reads this answer and gives the points."),
+    "decide again": ("open", "Your instructor gave points to an earlier attempt, and decides on this one again."),
     "missing": ("open", "No answer was found for this task. If you wrote one, tell your instructor where."),
     "refused": ("wrong", "Not counted, because of what it calls."),
     "no answer": ("wrong", "There was no answer to judge."),
@@ -45,7 +46,7 @@ def write_feedback(standings: Sequence[Any], out: Path) -> list[Path]:
     """
     rows, paths = [], []
     for one in standings:
-        if one.status not in ("graded", "excused", "unreadable") or not one.student:
+        if one.status not in ("graded", "excused", "unreadable", "waiting") or not one.student:
             continue
         path = out / page_name(one.student, one.lab)
         write_text(path, feedback_page(one))
@@ -66,6 +67,7 @@ def feedback_page(one: Any) -> str:
         name=one.name or one.student,
         excused=one.status == "excused",
         unreadable=_sentence(record["reason"]) if record is not None and one.status == "unreadable" else "",
+        waiting=one.status == "waiting",
         points=one.points or 0.0,
         max=one.max,
         to_mark=one.to_mark,
@@ -94,24 +96,23 @@ def _lab_title(lab: str) -> str:
 
 def _task(task: Any) -> dict[str, Any]:
     """What is told of one task."""
-    record: TaskRecord | None = task.record
-    status = record["status"] if record is not None else "missing"
-    tone, state = KIND[status]
+    record: TaskRecord = task.record
+    status = record["status"]
+    tone, state = KIND["decide again" if task.before else status]
     marked = task.by != "grader"
     if marked and task.points >= task.max:
         tone, state = "good", ""
     lines = []
-    if record is not None:
-        if status in ("failed", "raised", "refused", "no answer"):
-            lines = [_INPUTS.sub("", record["error"]), record["looks_like"], record["where"]]
-        elif status == "passed":
-            lines = [record["error"]]
-        elif status == "not started":
-            lines = [record["where"]]
+    if status in ("failed", "raised", "refused", "no answer"):
+        lines = [_INPUTS.sub("", record["error"]), record["looks_like"], record["where"]]
+    elif status == "passed" or record["reason"] == "text cell":
+        lines = [record["error"]]
+    elif status == "not started":
+        lines = [record["where"]]
     if marked:
         lines.append(f"Points given by your instructor: {task.reason}")
     mark = f"{task.points:g} of {task.max:g}"
-    if status == "by hand" and not marked:
+    if task.open:
         mark = f"up to {task.max:g}, to be marked"
     return {
         "number": task.number,

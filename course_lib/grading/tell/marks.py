@@ -7,8 +7,8 @@ from pathlib import Path
 from course_lib import tasks
 from course_lib.authoring.tree import CourseError
 from course_lib.grading.intake.roster import rows_of
-from course_lib.grading.ledger.attempts import Standing, standings
-from course_lib.grading.ledger.ledger import Ledger
+from course_lib.grading.ledger.attempts import Standing, TaskStanding, standings
+from course_lib.grading.ledger.ledger import Decision, Ledger
 from course_lib.grading.safe_text import clean, safe_cell
 
 from .export import csv_text
@@ -16,7 +16,9 @@ from .pages import write_text
 
 __all__ = ["read_marks", "write_marks"]
 
-COLUMNS = ("student", "submission", "task", "answer", "0 points", "1 point", "2 points", "points", "comment")
+COLUMNS = (
+    *("student", "submission", "task", "answer", "before", "0 points", "1 point", "2 points", "points", "comment"),
+)
 
 
 def write_marks(ledger: Ledger, lab: str, path: Path) -> int:
@@ -24,12 +26,13 @@ def write_marks(ledger: Ledger, lab: str, path: Path) -> int:
     rows = []
     for one in sorted(standings(ledger, lab), key=lambda one: one.entry.sha256 if one.entry else ""):
         for task in one.tasks:
-            if one.status == "graded" and task.record is not None and task.record["status"] == "by hand":
+            if one.status == "graded" and _by_hand(task):
                 points = "" if task.by == "grader" else task.points
-                text = clean(task.record["text"], 5000)
+                text = clean(task.record["text"] or task.record["source"], 5000)
                 comment = "" if task.by == "grader" else task.reason
-                rubric = tasks.get(task.id).rubric
-                rows.append([one.student, one.entry.sha256[:12], task.id, text, *rubric, points, comment])
+                rubric = tasks.get(task.id).rubric or ("", "", "")
+                row = [one.student, one.entry.sha256[:12], task.id, text, task.before, *rubric, points, comment]
+                rows.append(row)
     write_text(path, "\ufeff" + csv_text([list(COLUMNS), *rows]))
     return len(rows)
 
@@ -58,14 +61,19 @@ def read_marks(ledger: Ledger, path: Path, who: str) -> int:
         if one.entry is None or one.entry.sha256[:12] != row["submission"]:
             raise CourseError(f"{where}: {one.student} has handed in again since; write the file once more.")
         task = next((task for task in one.tasks if task.id == row["task"]), None)
-        if task is None or task.record is None or task.record["status"] != "by hand":
+        if task is None or not _by_hand(task):
             raise CourseError(f"{where}: task {row['task']} of {one.student} is not one to mark by hand.")
         points = _points(row["points"], task.max, where)
         comment = row.get("comment", "")
         if task.by == "grader" or task.points != points or task.reason != comment:
-            decisions.append((one.student, lab, task.id, "mark", points, who, comment))
-    ledger.decide_all(decisions)
+            decisions.append(Decision(one.student, lab, "mark", who, comment, one.entry.id, task.id, points))
+    ledger.decide(*decisions)
     return len(decisions)
+
+
+def _by_hand(task: TaskStanding) -> bool:
+    """Whether a person gives the points, or gave them: for what only people can mark, or is to be decided again."""
+    return task.open or task.record["status"] == "by hand"
 
 
 def _points(text: str, most: float, where: str) -> float:

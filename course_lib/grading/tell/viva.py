@@ -38,8 +38,8 @@ def questions(grades: Path, student: str, lab: str, number: int | None, seed: in
     asked = 0
     for item in one.tasks:
         task = tasks.get(item.id)
-        fits = item.id == wanted if wanted else item.record is not None and item.record["status"] == "passed"
-        if not fits or item.record is None or task.kind in ("which", "explain"):
+        fits = item.id == wanted if wanted else item.record["status"] == "passed"
+        if not fits or task.kind in ("which", "explain"):
             continue
         asked += 1
         case = _smallest(task, seed)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import base64
+import json
 import sys
 import time
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,27 +15,28 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from course_lib import tasks
 from course_lib.authoring.tree import CourseError
-from course_lib.grading.intake.intake import IntakeLimits, Submission, original, read_class
-from course_lib.grading.intake.roster import read_roster
-from course_lib.grading.ledger.ledger import Entry, Ledger, Run
-from course_lib.grading.ledger.policy import read_extensions, read_policy
+from course_lib.grading.disks import disk_told
+from course_lib.grading.intake.intake import IntakeLimits, Submission, read_class
+from course_lib.grading.intake.roster import COLUMNS, kept_of, read_roster, text_of
+from course_lib.grading.ledger import policy
+from course_lib.grading.ledger.attempts import standings
+from course_lib.grading.ledger.ledger import Entry, Ledger
 from course_lib.grading.records import Record
 from course_lib.grading.release.private import keep_private, use_kept
 from course_lib.grading.release.released import released_lab
 from course_lib.grading.run.grade_submission import grader_version, held_by, unreadable_record
 from course_lib.grading.run.limits import Limits, read_limits
-from course_lib.grading.run.pool import good_workers, grade_jobs
-from course_lib.grading.run.sandbox import NoSandbox, machine
+from course_lib.grading.run.pool import Engine
+from course_lib.grading.run.regrade import job_of, outdated
+from course_lib.grading.run.sandbox import machine
 from course_lib.grading.run.seeds import draw_seed
-from course_lib.grading.safe_text import clean
+from course_lib.grading.safe_text import clean, shown
+
+from .engine import EXIT, chosen_engine, engine_options
 
 __all__ = ["EXIT", "Settings", "grade", "grade_folder"]
 
-EXIT = {"all": 0, "person": 1, "usage": 2, "no sandbox": 3, "infrastructure": 4, "interrupted": 130}
-"""Exit codes: all graded; some need a person; usage; no sandbox; infrastructure failures are left; interrupted."""
-
 MOST_LINE = 2_000
-Engine = Callable[[Sequence[dict[str, Any]], Callable[[int, Record], None]], None]
 
 
 @dataclass(frozen=True)
@@ -61,12 +61,9 @@ class Settings:
 @click.argument("folder", type=click.Path(exists=True, path_type=Path))
 @click.option("--lab", metavar="NAME", help="Grade everything as this lab, instead of finding out.")
 @click.option("--student", metavar="ID", help="Grade only this student's submissions.")
-@click.option("--seed", type=click.IntRange(0, 2**62), help="Seed of the fresh inputs; else a random one.")
+@click.option("--seed", type=click.IntRange(0, 2**62), help="Decides the inputs, with a secret of the ledger.")
 @click.option("--seed-per-student", is_flag=True, help="Each student gets inputs of their own, derived from the seed.")
-@click.option("--workers", type=click.IntRange(1), help="Submissions at once; without it, as cores and memory allow.")
-@click.option("--dask", "dask", metavar="ADDRESS", help="Grade on an existing Dask cluster (tls://…).")
-@click.option("--sandbox", type=click.Choice(["bwrap", "none"]), default="bwrap", show_default=True)
-@click.option("--i-trust-these-submissions", "trust", is_flag=True, help="Needed with --sandbox none.")
+@engine_options
 @click.option("--roster", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="CSV: id,name,group.")
 @click.option(
     "--extensions", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="CSV: student,lab,due."
@@ -90,20 +87,17 @@ def grade(workers: int | None, dask: str | None, trust: bool, limits: Path | Non
     Exit codes: 0 all graded, 1 some need a person, 2 usage, 3 no sandbox, 4 infrastructure failures left,
     130 interrupted.
     """
-    if told["sandbox"] == "none" and not trust:
-        raise click.UsageError(
-            "--sandbox none runs submitted code with your rights, on your files: add --i-trust-these-submissions "
-            "if you wrote them yourself."
-        )
-    settings = Settings(limits=read_limits(limits), **told)
+    settings = Settings(limits=read_limits(limits) if limits else None, **told)
+    engine = chosen_engine(
+        *(settings.folder, settings.out),
+        workers=workers,
+        dask=dask,
+        sandbox=settings.sandbox,
+        trust=trust,
+        limits=settings.limits,
+    )
     try:
-        held_by(settings.sandbox)
-    except NoSandbox as error:
-        click.echo(str(error), err=True)
-        sys.exit(EXIT["no sandbox"])
-    count = workers or good_workers(settings.limits.memory_mb)
-    try:
-        code = grade_folder(settings, _engine(dask, count), Console())
+        code = grade_folder(settings, engine, Console())
     except CourseError as error:
         click.echo(str(error), err=True)
         code = EXIT["usage"]
@@ -111,15 +105,6 @@ def grade(workers: int | None, dask: str | None, trust: bool, limits: Path | Non
         click.echo("\nInterrupted. What was graded is kept; run the same command to go on.", err=True)
         code = EXIT["interrupted"]
     sys.exit(code)
-
-
-def _engine(dask: str | None, workers: int) -> Engine:
-    """What grades the jobs: workers of this machine, or of a cluster."""
-    if dask is None:
-        return lambda jobs, on_record: grade_jobs(jobs, workers, on_record)
-    from course_lib.grading.run.cluster import grade_on_cluster
-
-    return lambda jobs, on_record: grade_on_cluster(dask, jobs, on_record)
 
 
 def grade_folder(settings: Settings, engine: Engine, console: Console) -> int:
@@ -131,16 +116,17 @@ def grade_folder(settings: Settings, engine: Engine, console: Console) -> int:
         If a file that was named cannot be used, or another grader works on the same ledger.
     """
     roster = read_roster(settings.roster) if settings.roster else None
-    settings.out.mkdir(parents=True, exist_ok=True)
-    if settings.private_tasks is not None:
-        keep_private(settings.private_tasks, settings.out)
-    else:
+    with disk_told(settings.out):
+        settings.out.mkdir(parents=True, exist_ok=True)
+        if settings.private_tasks is not None:
+            keep_private(settings.private_tasks, settings.out)
+    if settings.private_tasks is None:
         use_kept(settings.out)
     if settings.lab is not None:
         released_lab(settings.lab)
     with Ledger(settings.out / "ledger.sqlite") as ledger:
-        _keep_settings(ledger, settings, roster)
-        found = read_class(
+        _keep_settings(ledger, settings)
+        found, left = read_class(
             settings.folder,
             lab=settings.lab,
             roster=roster,
@@ -148,16 +134,19 @@ def grade_folder(settings: Settings, engine: Engine, console: Console) -> int:
             store=settings.out / "originals",
         )
         if settings.student is not None:
-            found = [one for one in found if one.student == settings.student]
+            found = [one for one in found if one.student == shown(settings.student)]
         if not found:
             raise CourseError(f"{settings.folder} holds no submission{_of(settings.student)}: is it the right folder?")
         tally = _Tally(console)
+        for path in left:
+            tally.say(f"  {path} is left out: it is no notebook.")
         for number in sorted({one.lab for one in found}):
             some = [one for one in found if one.lab == number]
             if number in tasks.lab_numbers():
                 _grade_lab(ledger, settings, number, some, engine, tally)
             else:
-                _wait_for_lab(ledger, some, tally)
+                for entry in ledger.take(some):
+                    tally.person(entry.path, entry.trouble or "no lab fits it; say which with --lab NAME.")
         return tally.finish()
 
 
@@ -165,36 +154,54 @@ def _of(student: str | None) -> str:
     return f" of {student}" if student else ""
 
 
-def _keep_settings(ledger: Ledger, settings: Settings, roster: Any) -> None:
+def _keep_settings(ledger: Ledger, settings: Settings) -> None:
     """Remember roster, extensions and policy: everything that counts later comes from the ledger."""
-    if roster is not None:
-        ledger.set_settings("roster", roster.as_dict())
+    if settings.roster:
+        ledger.set_settings("roster", kept_of(settings.roster, COLUMNS))
     if settings.extensions:
-        ledger.set_settings("extensions", read_extensions(settings.extensions).as_dict())
+        policy.read_extensions(settings.extensions)
+        ledger.set_settings("extensions", kept_of(settings.extensions, policy.COLUMNS))
     if settings.late_policy:
-        ledger.set_settings("policy", read_policy(settings.late_policy).as_dict())
+        policy.read_policy(settings.late_policy)
+        ledger.set_settings("policy", text_of(settings.late_policy)[0])
 
 
 def _grade_lab(
     ledger: Ledger, settings: Settings, number: str, found: list[Submission], engine: Engine, tally: _Tally
 ) -> None:
-    lab = released_lab(number)
+    entries = ledger.take(found)
+    pending = [entry for entry in entries if entry.status in ("", "infrastructure")]
+    tally.say(f"Lab {number}: {len(entries)} handed in, {len(pending)} to grade.")
+    if done := len(entries) - len(pending):
+        old = {entry.id for _, entry, _ in outdated(ledger, [number])} & {entry.id for entry in entries}
+        why = f", {len(old)} by an earlier version of lab or grader" if old else ""
+        tally.say(
+            f"  Graded already: {done}{why}. That stays as it is; `course.py regrade {number} --dry-run --grades "
+            f"{settings.out}` says what would change."
+        )
+    if pending:
+        _grade_pending(ledger, settings, number, pending, engine, tally)
+    tally.count(ledger, number, entries)
+
+
+def _grade_pending(
+    ledger: Ledger, settings: Settings, number: str, pending: list[Entry], engine: Engine, tally: _Tally
+) -> None:
     run = ledger.begin(
         lab=number,
-        lab_version=lab.version,
+        lab_version=released_lab(number).version,
         seed=settings.seed,
         per_student=settings.seed_per_student,
         environment=machine(),
         grader=grader_version(),
         isolation=held_by(settings.sandbox).words,
+        limits=json.dumps(settings.limits.as_dict()) if settings.limits else None,
+        usual=json.dumps(read_limits().as_dict()),
         draw=draw_seed,
     )
-    entries = ledger.take(run, found)
-    pending = ledger.pending(run, entries)
-    tally.say(f"Lab {number}: {len(entries)} handed in, {len(pending)} to grade, seed {run.seed}.")
     ready: list[tuple[Entry, dict[str, Any]]] = []
     for entry in pending:
-        job = _job(ledger, run, entry, settings)
+        job = job_of(settings.out / "originals", run, entry, ledger.seed_of(run, entry), settings.sandbox)
         if entry.trouble:
             ledger.record(run, entry, unreadable_record(job, entry.code, entry.trouble))
         else:
@@ -208,30 +215,6 @@ def _grade_lab(
     if ready:
         with tally.progress(len(ready)):
             engine([job for _, job in ready], keep)
-    for entry in entries:
-        tally.count(entry, ledger.newest(entry))
-
-
-def _job(ledger: Ledger, run: Run, entry: Entry, settings: Settings) -> dict[str, Any]:
-    data = original(settings.out / "originals", entry.sha256) if entry.sha256 and not entry.trouble else b""
-    return {
-        "submission": entry.sha256,
-        "notebook": base64.b64encode(data).decode(),
-        "lab": run.lab,
-        "seed": ledger.seed_of(run, entry),
-        "sandbox": settings.sandbox,
-        "limits": (settings.limits or read_limits()).as_dict(),
-    }
-
-
-def _wait_for_lab(ledger: Ledger, found: list[Submission], tally: _Tally) -> None:
-    """Submissions of no known lab: kept, and shown to a person."""
-    run = ledger.begin(
-        lab="", lab_version="", seed=0, per_student=False, environment="", grader=grader_version(), isolation=""
-    )
-    for entry in ledger.take(run, found):
-        tally.count(entry, None)
-        tally.say(f"  {entry.path}: {entry.trouble or 'no lab fits it; say which with --lab NAME.'}")
 
 
 class _Tally:
@@ -245,7 +228,7 @@ class _Tally:
         self._started = time.monotonic()
 
     def say(self, text: str) -> None:
-        self.console.print(clean(text, MOST_LINE), markup=False, highlight=False)
+        self.console.print(clean(text, MOST_LINE), markup=False, highlight=False, soft_wrap=True)
 
     def progress(self, total: int) -> Progress:
         self._bar = Progress(
@@ -269,16 +252,24 @@ class _Tally:
         if self._bar is not None:
             self._bar.advance(self._task)
 
-    def count(self, entry: Entry, record: Record | None) -> None:
-        if record is not None and record["status"] == "infrastructure":
-            self.counts["infrastructure"] += 1
-        elif record is None or record["status"] == "unreadable" or not entry.student:
-            self.counts["person"] += 1
-            if record is not None:
-                why = record["reason"] or "matches nobody in the roster"
-                self.say(f"  {entry.path} needs a person: {why}")
-        else:
-            self.counts["graded"] += 1
+    def person(self, what: str, why: str) -> None:
+        self.counts["person"] += 1
+        self.say(f"  {what} needs a person: {why}")
+
+    def count(self, ledger: Ledger, number: str, entries: list[Entry]) -> None:
+        """Count whose submissions came at a lab, by what counts of each now."""
+        students, here = {entry.student for entry in entries} - {""}, {entry.id for entry in entries}
+        failed = [one for one in ledger.entries(number) if one.id in here and one.status == "infrastructure"]
+        self.counts["infrastructure"] += len(failed)
+        for one in standings(ledger, number):
+            if one.entry is None or not (one.student in students or one.entry.id in here):
+                continue
+            if one.entry.id not in here:
+                self.say(f"  {one.student}: an attempt of another download counts, {one.entry.path}.")
+            if one.waits:
+                self.person(one.entry.path, one.waits)
+            elif one.status != "infrastructure":
+                self.counts["graded"] += 1
 
     def finish(self) -> int:
         self.say(

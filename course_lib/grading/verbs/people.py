@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
+from typing import Any
 
 import click
 from rich.console import Console
@@ -11,21 +11,18 @@ from rich.table import Table
 
 from course_lib import tasks
 from course_lib.authoring.tree import CourseError
-from course_lib.grading.ledger.attempts import standings
-from course_lib.grading.ledger.ledger import Ledger
-from course_lib.grading.ledger.resolve import find_lab, find_standing, find_task
-from course_lib.grading.safe_text import clean
+from course_lib.grading.ledger.ledger import Decision, Ledger
+from course_lib.grading.ledger.resolve import find_lab, find_standing, find_submission, find_task
+from course_lib.grading.safe_text import clean, shown
 
+from .engine import chosen_engine, engine_options
 from .tell import grades_option
 
 __all__ = ["adjust", "explain", "forget", "marks", "regrade"]
 
 
 def _ledger(grades: Path, write: bool = False) -> Ledger:
-    path = grades / "ledger.sqlite"
-    if not path.is_file():
-        raise CourseError(f"{grades} holds no grades: make them with `course.py grade FOLDER --out {grades}`.")
-    return Ledger(path, write)
+    return Ledger(grades / "ledger.sqlite", write, make=False)
 
 
 @click.command("regrade")
@@ -34,49 +31,29 @@ def _ledger(grades: Path, write: bool = False) -> Ledger:
 @click.option("--dry-run", is_flag=True, help="Only list whose grade would change.")
 @click.option("--never-lower", is_flag=True, help="Nobody loses points by it.")
 @click.option("--yes", is_flag=True, help="Change without asking.")
-@click.option("--workers", type=click.IntRange(1), help="Submissions at once.")
-@click.option("--sandbox", type=click.Choice(["bwrap", "none"]), default="bwrap", show_default=True)
-@click.option("--i-trust-these-submissions", "trust", is_flag=True, help="Needed with --sandbox none.")
+@engine_options
 def regrade(
-    labs: tuple[str, ...],
-    grades: Path,
-    dry_run: bool,
-    never_lower: bool,
-    yes: bool,
-    workers: int | None,
-    sandbox: str,
-    trust: bool,
+    labs: tuple[str, ...], grades: Path, dry_run: bool, never_lower: bool, yes: bool, sandbox: str, **told: Any
 ) -> None:
     """Grade again what was graded by an earlier version of a lab, its judges or the grader, with the same seeds.
 
     Lists whose grade changes, and why, before it changes any.
     """
-    from course_lib.grading.run.limits import read_limits
-    from course_lib.grading.run.pool import good_workers, grade_jobs
     from course_lib.grading.run.regrade import apply, changes, outdated, rerun
-    from course_lib.grading.run.sandbox import NoSandbox
 
-    from .grade import EXIT
-
-    if sandbox == "none" and not trust:
-        raise click.UsageError("--sandbox none needs --i-trust-these-submissions.")
-    count = workers or good_workers(read_limits().memory_mb)
     with _ledger(grades, write=not dry_run) as ledger:
         found = outdated(ledger, [find_lab(lab) for lab in labs] or list(tasks.lab_numbers()))
         click.echo(f"{len(found)} submissions were graded by an earlier version.")
         if not found:
             return
-        try:
-            records = rerun(found, grades / "originals", sandbox, lambda jobs, keep: grade_jobs(jobs, count, keep))
-        except NoSandbox as error:
-            click.echo(str(error), err=True)
-            sys.exit(EXIT["no sandbox"])
+        engine = chosen_engine(grades, sandbox=sandbox, **told)
+        records = rerun(found, grades / "originals", sandbox, engine)
         changed = changes(found, records)
         table = Table("student", "task", "points", "why", title=f"{len(changed)} grades change")
         for one in changed:
             kept = never_lower and one.new < one.old
             points = f"{one.old:g}, kept" if kept else f"{one.old:g} -> {one.new:g}"
-            table.add_row(clean(one.student), one.task, points, clean(one.why))
+            table.add_row(clean(one.entry.student or one.entry.named), one.task, points, clean(one.why))
         Console(markup=False, highlight=False).print(table)
         if dry_run:
             click.echo("Nothing was changed (--dry-run).")
@@ -94,7 +71,7 @@ def regrade(
 @grades_option
 @click.option("--points", type=float, metavar="N", help="What the task is to count.")
 @click.option("--excuse", is_flag=True, help="Excuse from the whole lab (TASK is then `all`); this is not 0.")
-@click.option("--assign", is_flag=True, help="Give a waiting submission to STUDENT; TASK is then its path.")
+@click.option("--assign", is_flag=True, help="Give a waiting submission to STUDENT; TASK is its number or path.")
 @click.option("--by", "who", required=True, metavar="WHO")
 @click.option("--reason", required=True, metavar="TEXT")
 def adjust(
@@ -116,29 +93,26 @@ def adjust(
         raise click.UsageError("say one of --points N, --excuse and --assign.")
     number = find_lab(lab)
     with _ledger(grades, write=True) as ledger:
+        student = shown(student)
         if assign:
-            paths = [entry.path for entry in ledger.entries(number) if not entry.student]
-            if task not in paths:
-                raise CourseError(
-                    f"no submission {task!r} waits; waiting are: {', '.join(map(clean, paths)) or 'none'}."
-                )
-            ledger.decide(student, number, task, "assign", None, who, reason)
-            click.echo(f"{task} is now {student}'s.")
+            entry = find_submission(ledger, number, task)
+            ledger.decide(Decision(student, number, "assign", who, reason, entry.id))
+            click.echo(f"{clean(entry.path)} is now {clean(student)}'s.")
             return
         one = find_standing(ledger, student, number)
         if excuse:
             if task != "all":
                 raise click.UsageError("one is excused from a whole lab: write `all` for TASK.")
-            ledger.decide(student, number, "all", "excuse", None, who, reason)
+            ledger.decide(Decision(student, number, "excuse", who, reason))
             click.echo(f"{student} is excused from lab {number}.")
             return
         which = find_task(number, task)
         if not 0 <= points <= which.points:
             raise CourseError(f"{points:g} points are not between 0 and {which.points:g}.")
         before = next((item.points for item in one.tasks if item.id == which.id), None)
-        if before is None:
+        if before is None or one.entry is None:
             raise CourseError(f"{student} has no graded submission of lab {number} whose points could change.")
-        ledger.decide(student, number, which.id, "adjust", points, who, reason)
+        ledger.decide(Decision(student, number, "adjust", who, reason, one.entry.id, which.id, points))
     click.echo(f"{student}, {which.id}: {before:g} -> {points:g} of {which.points:g}.")
 
 
@@ -186,7 +160,7 @@ def explain(student: str | None, lab: str | None, task: str | None, grades: Path
 
     with _ledger(grades) as ledger:
         if not student:
-            found = list(waiting(standings(ledger)))
+            found = list(waiting(ledger))
             click.echo("\n".join(found) or "Nothing waits for a person.")
             return
         if not (lab and task):

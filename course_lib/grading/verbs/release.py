@@ -8,6 +8,7 @@ import click
 
 from course_lib import tasks
 from course_lib.authoring.tree import CourseError, course_tree
+from course_lib.grading.disks import disk_told
 
 __all__ = ["release", "viva"]
 
@@ -35,7 +36,9 @@ def release(labs: tuple[str, ...], out: Path, hints: int, private: Path | None, 
     if worked_class:
         from course_lib.grading.release.worked_class import write_class
 
-        click.echo(f"A class of twelve is in {write_class(out)}; its roster, extensions and late policy are beside it.")
+        with disk_told(out):
+            download = write_class(out)
+        click.echo(f"A class of twelve is in {download}; its roster, extensions and late policy are beside it.")
         return
     from course_lib.grading.release.private import use_private
     from course_lib.grading.release.release import release as write
@@ -47,7 +50,8 @@ def release(labs: tuple[str, ...], out: Path, hints: int, private: Path | None, 
     for name, number in zip(labs, numbers, strict=True):
         if number not in tasks.lab_numbers():
             raise CourseError(f"there is no lab {name!r} to release; there are {', '.join(tasks.lab_numbers())}.")
-    archive = write(numbers, out, course_tree(), hints)
+    with disk_told(out):
+        archive = write(numbers, out, course_tree(), hints)
     click.echo(f"{out} and {archive.name} hold lab {', '.join(sorted(set(numbers)))}: give students the zip.")
 
 

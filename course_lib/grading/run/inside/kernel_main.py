@@ -5,6 +5,7 @@ Run as `python -I -S kernel_main.py room.json connection.json bwrap|none`, so th
 """
 
 import ctypes
+import errno
 import importlib
 import importlib.abc
 import importlib.machinery
@@ -17,6 +18,8 @@ import sys
 import types
 
 MMAP = {"x86_64": 9, "aarch64": 222}
+SOCKET = {"x86_64": 41, "aarch64": 198}
+SET_OPTION = {"x86_64": 54, "aarch64": 208}
 REFUSED = {
     "x86_64": {
         **{"shmget": 29, "semget": 64, "msgget": 68, "ptrace": 101, "mq_open": 240},
@@ -129,30 +132,58 @@ def take_away(names):
                         setattr(other, key, refusal)
 
 
-def refuse_calls():
-    """Have Linux answer "not permitted" to REFUSED, and to memory that is shared and has no file; for good.
+def _filter(machine):
+    """The filter of system calls as lines of (code, lines to skip if true, if false, value); see refuse_calls."""
+    load, equal, least, both, give = 0x20, 0x15, 0x35, 0x54, 0x06
+    number, arguments = 0, [16 + 8 * i for i in range(4)]
+    lines = [(load, 0, 0, 4), (equal, 0, "refuse", ARCHITECTURE[machine]), (load, 0, 0, number)]
+    lines.append((least, "refuse", 0, 0x40000000))  # the other numbering that x86-64 has
+    lines += [(equal, "refuse", 0, one) for one in sorted(REFUSED[machine].values())]
+    shared_without_file, local = 0x01 | 0x20, 1
+    lines += [(equal, 0, 4, MMAP[machine]), (load, 0, 0, arguments[3]), (both, 0, 0, shared_without_file)]
+    lines += [(equal, "refuse", 0, shared_without_file), (load, 0, 0, number)]
+    lines += [(equal, 0, 3, SOCKET[machine]), (load, 0, 0, arguments[0]), (equal, 0, "no network", local)]
+    lines += [(load, 0, 0, number)]
+    buffers, of_sockets = (7, 8, 32, 33), 1  # their sizes, for sending and receiving, by force or not
+    lines += [(equal, 0, 3 + len(buffers), SET_OPTION[machine]), (load, 0, 0, arguments[1])]
+    lines += [(equal, 0, 1 + len(buffers), of_sockets), (load, 0, 0, arguments[2])]
+    lines += [(equal, "refuse", 0, one) for one in buffers]
+    answers = {"allow": 0x7FFF0000, "refuse": 0x00050000 | errno.EPERM, "no network": 0x00050000 | errno.ENETUNREACH}
+    places = {name: len(lines) + i for i, name in enumerate(answers)}
+    lines += [(give, 0, 0, value) for value in answers.values()]
+    return [tuple(places[p] - i - 1 if isinstance(p, str) else p for p in line) for i, line in enumerate(lines)]
 
+
+def refuse_calls():
+    """Have Linux answer "not permitted" to what holds memory that nobody can count; for good.
+
+    That is REFUSED, memory that is shared and has no file, sockets that are not local, and larger buffers of sockets.
     Raises OSError where the filter cannot be set: then nothing is run here.
     """
     machine = platform.machine()
     if machine not in REFUSED:
         return
-    load, equal, least, both, give = 0x20, 0x15, 0x35, 0x54, 0x06
-    refuse, allow = 0x00050000 | 1, 0x7FFF0000
-    numbers = sorted(REFUSED[machine].values())
-    # to `refuse` from a line: as many lines as lie between; the last two lines are `allow` and `refuse`
-    lines = [(load, 0, 0, 4), (equal, 0, len(numbers) + 7, ARCHITECTURE[machine]), (load, 0, 0, 0)]
-    lines.append((least, len(numbers) + 5, 0, 0x40000000))  # the other numbering that x86-64 has
-    lines += [(equal, len(numbers) + 4 - i, 0, number) for i, number in enumerate(numbers)]
-    shared_without_file = 0x01 | 0x20
-    lines += [(equal, 0, 3, MMAP[machine]), (load, 0, 0, 16 + 8 * 3), (both, 0, 0, shared_without_file)]
-    lines += [(equal, 1, 0, shared_without_file), (give, 0, 0, allow), (give, 0, 0, refuse)]
-    program = ctypes.create_string_buffer(b"".join(struct.pack("HBBI", *line) for line in lines))
+    lines = _filter(machine)
+    program = ctypes.create_string_buffer(b"".join(struct.pack("<HBBI", *line) for line in lines))
     told = ctypes.create_string_buffer(struct.pack("HxxxxxxQ", len(lines), ctypes.addressof(program)))
     libc = ctypes.CDLL(None, use_errno=True)
     no_new_rights, set_filter, with_program = 38, 22, 2
     if libc.prctl(no_new_rights, 1, 0, 0, 0) or libc.prctl(set_filter, with_program, told, 0, 0):
         raise OSError(ctypes.get_errno(), "Linux does not take the filter of system calls")
+
+
+def publish_locally(kernelapp):
+    """Have the kernel open no port for what children print, which is dropped: there are only local sockets here."""
+
+    class Publishing(kernelapp.IOPubThread):
+        def __init__(self, socket, **named):
+            super().__init__(socket, **{**named, "pipe": False})
+
+        def _really_send(self, *given, **named):
+            if self._is_master_process():
+                super()._really_send(*given, **named)
+
+    kernelapp.IOPubThread = Publishing
 
 
 def main():
@@ -170,11 +201,12 @@ def main():
     sys.meta_path.append(StandIns(room["silent"], room["speaking"]))
     os.environ["COURSE_COMPILED"] = f"{place}/compiled"  # loops of the course, where this room has any
     take_away(room["taken"])
-    from ipykernel.kernelapp import IPKernelApp
+    from ipykernel import kernelapp
 
+    publish_locally(kernelapp)
     plain_errors = "--InteractiveShell.xmode=Plain"  # only the last line is read; others take 0.1 s to make
     quiet = ["--HistoryManager.enabled=False", "--IPKernelApp.quiet=True", "--log-level=CRITICAL"]
-    IPKernelApp.launch_instance(argv=["-f", sys.argv[2], plain_errors, *quiet])
+    kernelapp.IPKernelApp.launch_instance(argv=["-f", sys.argv[2], plain_errors, *quiet])
 
 
 if __name__ == "__main__":
