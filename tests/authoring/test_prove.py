@@ -110,7 +110,7 @@ def test_copies_leave_the_stored_notebooks_alone(tmp_path: Path) -> None:
 
 def test_the_check_of_a_task_whose_data_are_not_here_is_not_compared() -> None:
     """It is judged on its made cases, and its card says so."""
-    cells = [nbformat.v4.new_code_cell(f'check("{task}", f)') for task in ("05-2", "05-1", "99-1")]
+    cells = [nbformat.v4.new_code_cell(f'check("{task}", f)') for task in ("07-3", "05-1", "99-1")]
     assert [nbs.real_data_of(cell) for cell in cells] == [("stanford_bunny",), (), ()]
 
 
