@@ -155,7 +155,7 @@ def test_a_daemon_ends_with_its_kernel():
 if os.fork() == 0:
     os.setsid()
     if os.fork() == 0:
-        os.execv(sys.executable, [sys.executable, '-c', 'import time; time.sleep(8)', {MARK!r}])
+        os.execv(sys.executable, [sys.executable, '-c', 'import time; time.sleep(60)', {MARK!r}])
     os._exit(0)
 """
     assert task(graded("00", answer(code)), 1)["points"] == 1  # it does no harm inside, and the fixture looks outside
