@@ -42,20 +42,11 @@ def made_pictures(maker: Path) -> dict[str, np.ndarray]:
     return made
 
 
-def stored_pictures(lab: str) -> dict[str, np.ndarray]:
-    """The arrays that stand beside the tasks of a lab; none where there is no file."""
-    path = registry.pictures_file(lab)
-    if not path.is_file():
-        return {}
-    with np.load(path, allow_pickle=False) as stored:
-        return {name: stored[name] for name in stored.files}
-
-
 def write_pictures(lab: str, tree: Tree) -> str:
     """Write the arrays of a lab where a value moved; what is said of it, "" where nothing changed."""
     maker = maker_of(lab, tree)
     path = registry.pictures_file(lab)
-    if maker is None or alike(stored_pictures(lab), made := made_pictures(maker)):
+    if maker is None or alike(registry.pictures(lab), made := made_pictures(maker)):
         return ""
     content = io.BytesIO()
     np.savez_compressed(content, **made)

@@ -106,11 +106,10 @@ def of_lab(number: str) -> dict[str, np.ndarray]:
     """
     from course_lib.tasks import registry
 
-    path = registry.pictures_file(number) if number in registry.lab_numbers() else None
-    if path is None or not path.is_file():
+    drawn = registry.pictures(number)
+    if not drawn:
         raise Refusal(f"There are no arrays of a lab {number!r}.")
-    with np.load(path, allow_pickle=False) as stored:
-        return {name: stored[name] for name in stored.files}
+    return drawn
 
 
 def describe(name: str) -> Card:

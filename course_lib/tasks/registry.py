@@ -7,6 +7,8 @@ import importlib
 import pkgutil
 from pathlib import Path
 
+import numpy as np
+
 from course_lib.tasks import labs
 from course_lib.tasks.core import Task
 from course_lib.tasks.private import private_tasks
@@ -32,6 +34,14 @@ def folder(number: str) -> Path:
 def pictures_file(number: str) -> Path:
     """Where the arrays lie that a lab's pictures are drawn from."""
     return folder(number) / "pictures.npz"
+
+
+def pictures(number: str) -> dict[str, np.ndarray]:
+    """The arrays that a lab's pictures are drawn from, by name; none where there is no such lab or file."""
+    if number not in lab_numbers() or not pictures_file(number).is_file():
+        return {}
+    with np.load(pictures_file(number), allow_pickle=False) as stored:
+        return {name: stored[name] for name in stored.files}
 
 
 def lab(number: str) -> tuple[Task, ...]:

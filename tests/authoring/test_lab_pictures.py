@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from course_lib.authoring.lab_pictures import alike, made_pictures, maker_of, stored_pictures
+from course_lib.authoring.lab_pictures import alike, made_pictures, maker_of
 from course_lib.authoring.solutions import ROOT
 from course_lib.authoring.tree import CourseError, Tree
 from course_lib.notebook import data
@@ -17,8 +17,8 @@ from course_lib.tasks import registry
 @pytest.mark.parametrize("lab", registry.lab_numbers())
 def test_stored_arrays_are_those_that_are_made(lab: str) -> None:
     maker = maker_of(lab, Tree(ROOT))
-    assert alike(stored_pictures(lab), made_pictures(maker) if maker else {})
-    assert not maker or data.of_lab(lab).keys() == stored_pictures(lab).keys()
+    assert alike(registry.pictures(lab), made_pictures(maker) if maker else {})
+    assert not maker or data.of_lab(lab).keys() == registry.pictures(lab).keys()
 
 
 def test_a_lab_without_arrays_says_so() -> None:

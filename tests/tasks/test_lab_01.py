@@ -10,8 +10,8 @@ import pytest
 from lesson_helpers import functions_in, functions_of, load
 
 from course_lib import tasks
-from course_lib.authoring.lab_pictures import stored_pictures
 from course_lib.camera import rgbd
+from course_lib.tasks import registry
 from course_lib.tasks.diagnosis.recognition import load_source
 from course_lib.tasks.labs.lab_01_rgbd_images.causes import CAUSE_OF
 from course_lib.tasks.labs.lab_01_rgbd_images.flying_pixels import NOISE, flying_scene
@@ -91,7 +91,7 @@ def test_the_lab_reads_real_frames():
 
 def test_each_letter_shows_its_cause():
     """What the hints say of an error image holds for the one that bears the letter."""
-    stored = stored_pictures("01")
+    stored = registry.pictures("01")
     shown = {cause: stored[letter].astype(float) for letter, cause in CAUSE_OF.items()}
     depth = load("living_room").truth["depth"][0][::2, ::2]
     with np.errstate(invalid="ignore"):

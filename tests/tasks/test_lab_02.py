@@ -13,7 +13,6 @@ import pytest
 from lesson_helpers import functions_in, functions_of
 
 from course_lib import tasks
-from course_lib.authoring.lab_pictures import alike, stored_pictures
 from course_lib.cloud import pointcloud
 from course_lib.geometry import transforms
 from course_lib.tasks.diagnosis.recognition import load_source
@@ -251,10 +250,6 @@ def test_the_labs_reader_reads_the_real_message():
 def shown() -> dict[str, np.ndarray]:
     """What the lab's pictures are drawn from, as its maker makes it."""
     return runpy.run_path(str(PICTURES))["arrays"]()
-
-
-def test_the_stored_pictures_are_those_of_their_maker(shown):
-    assert alike(stored_pictures("02"), shown)
 
 
 def test_the_letters_of_task_4_are_those_of_its_picture(shown):

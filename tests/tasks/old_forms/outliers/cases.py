@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from course_lib.tasks.core import Case, Misconception, Task, Verdict
+from course_lib.tasks.core import Case, Task, Verdict
 from course_lib.tasks.judges import judge_array, judge_labels, judge_number
+from course_lib.tasks.labs.lab_05_outliers.telling import telling
 from course_lib.tasks.plain import Plain
 from old_forms.outliers.cleaning import (
     CLEAN_MISTAKES,
@@ -54,50 +55,6 @@ def _where_to_cut(mean: np.ndarray, wrong: np.ndarray, edges: np.ndarray) -> flo
     raise ValueError("no bin holds more wrong points than true ones")
 
 
-_DRAWINGS, _CHOICES = 500, 60
-
-
-def _answers(misconceptions: tuple[Misconception, ...], function: str, given: tuple) -> list[np.ndarray]:
-    """What each wrong answer says."""
-    out = []
-    for misconception in misconceptions:
-        space: dict = {"np": np}
-        exec(misconception.source, space)
-        out.append(np.asarray(space[function](*given)))
-    return out
-
-
-def _telling(
-    draw: Callable[[], Case],
-    mistakes: tuple[Misconception, ...],
-    function: str,
-    count: int,
-    first: tuple[Case, ...] = (),
-) -> list[Case]:
-    """Cases that tell the truth and all wrong answers apart, each from each: drawn again until they do.
-
-    Where no drawing of so many does, they are chosen one by one, each for what the others leave together.
-    """
-
-    def together(case: Case) -> set[tuple[int, int]]:
-        """Pairs of answers, truth among them, that are the same in a case."""
-        given = (np.copy(value) if isinstance(value, np.ndarray) else value for value in case.given.values())
-        said = [case.truth, *_answers(mistakes, function, tuple(given))]
-        return {(i, j) for i in range(len(said)) for j in range(i) if np.array_equal(said[i], said[j])}
-
-    begin = set.intersection(*map(together, first))
-    for _ in range(_DRAWINGS):
-        cases = [draw() for _ in range(count)]
-        if not begin.intersection(*map(together, cases)):
-            return [*first, *cases]
-    left, cases = begin, []
-    for _ in range(count):
-        drawn = [(case, left & together(case)) for case in (draw() for _ in range(_CHOICES))]
-        case, left = min(drawn, key=lambda one: len(one[1]))
-        cases.append(case)
-    return [*first, *cases]
-
-
 def _cut_case(mean: np.ndarray, wrong: np.ndarray, edges: np.ndarray, name: str) -> Case:
     given = {"mean": mean, "wrong": wrong, "edges": edges}
     return Case(given, {"truth": _where_to_cut(mean, wrong, edges)}, name)
@@ -120,7 +77,7 @@ def _cut_cases(rng: np.random.Generator) -> list[Case]:
         order = rng.permutation(len(mean))
         return _cut_case(mean[order], wrong[order], edges, f"{len(mean):,} mean distances")
 
-    return _telling(draw, CUT_MISTAKES, "where_to_cut", 3, (head,))
+    return telling(draw, CUT_MISTAKES, "where_to_cut", 3, (head,))
 
 
 # ------------------------------------------------------------------------------------------------------ 2 distances
@@ -185,7 +142,7 @@ def _radius_cases(rng: np.random.Generator) -> list[Case]:
             break
     given = {"points": grid, "radius": 0.5, "least": 12}
     ties = Case(given, {"truth": truth}, "60 points on a grid, many at exactly the radius, some twice")
-    return _telling(draw, MEND_MISTAKES, "keep_by_radius", 3, (ties,))
+    return telling(draw, MEND_MISTAKES, "keep_by_radius", 3, (ties,))
 
 
 # -------------------------------------------------------------------------------------------------------------- all
