@@ -15,7 +15,7 @@ from how_thorough import sample
 
 from course_lib import tasks
 from course_lib.tasks.core import Case, Task
-from course_lib.tasks.diagnosis.diagnose import _slipped, changed
+from course_lib.tasks.diagnosis.diagnose import changed, slipped
 from course_lib.tasks.diagnosis.recognition import wrong_answer
 from course_lib.tasks.diagnosis.slips import answer_slips, input_slips
 
@@ -35,7 +35,7 @@ def wrong_answers(task: Task, first: Case, right: Callable) -> Iterator[tuple[st
     for slip in answer_slips(first.truth) if "truth" in first.hidden else ():
         yield (
             f"answer {slip.name}",
-            lambda case, slip=slip: _slipped(task, case, lambda c: slip.apply(c.truth)).passes,
+            lambda case, slip=slip: slipped(task, case, lambda c: slip.apply(c.truth)).passes,
         )
     for slip in input_slips(first.given):
         yield f"input {slip.name}", lambda case, slip=slip: changed(task, case, slip, right).passes

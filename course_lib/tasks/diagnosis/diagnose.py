@@ -172,7 +172,7 @@ def _slips(
     fitting: list[Slip] = []
     if all("truth" in case.hidden for case in cases) and same_kind(some[0][1].answer, cases[first].truth):
         for slip in answer_slips(cases[first].truth):
-            wrongs = (_slipped(task, case, lambda c, s=slip: s.apply(c.truth)) for case, *_ in some)
+            wrongs = (slipped(task, case, lambda c, s=slip: s.apply(c.truth)) for case, *_ in some)
             if _fits(task, wrongs, some):
                 fitting.append(slip)
     if any(slip.name == "cut to whole numbers" for slip in fitting):  # then nothing has overflowed
@@ -188,7 +188,8 @@ def _slips(
     return fitting if len(fitting) < MANY else []
 
 
-def _slipped(task: Task, case: Case, made: Callable[[Case], Plain]) -> Wrong:
+def slipped(task: Task, case: Case, made: Callable[[Case], Plain]) -> Wrong:
+    """What a slip makes of the true answer to a case; no answer where it cannot be made of it."""
     try:
         with np.errstate(all="ignore"):
             outcome = Outcome("answer", made(case))
